@@ -1,0 +1,116 @@
+#include "config/internal/numbers.h"
+
+#include <array>
+#include <charconv>
+#include <cmath>
+#include <numbers>
+#include <stdexcept>
+#include <system_error>
+
+namespace palpate::yaml {
+
+namespace {
+
+constexpr long double kRadiansPerDegree = std::numbers::pi_v<long double> / 180.0L;
+// Up to 360 without an exponent, and enough for any long double of up to 113 bits.
+constexpr int kMinDegreeDigits = 3;
+constexpr int kMaxDegreeDigits = 36;
+
+double to_radians(long double degrees) { return static_cast<double>(degrees * kRadiansPerDegree); }
+
+[[noreturn]] void refuse(const Value& node, const std::string& path, const std::string& why, const std::string& allowed) {
+    fail(node.where, path, spell(node) + " " + why + "; allowed: " + allowed);
+}
+
+bool names_no_finite_number(std::string_view text) {
+    if (!text.empty() && (text.front() == '-' || text.front() == '+')) {
+        text.remove_prefix(1);
+    }
+    if (!text.empty() && text.front() == '.') {
+        text.remove_prefix(1);
+    }
+    return text == "inf" || text == "Inf" || text == "INF" || text == "nan" || text == "NaN" || text == "NAN";
+}
+
+template <class Real>
+Real read_real(const Value& node, const std::string& path, const std::string& allowed) {
+    if (node.kind != Value::Kind::scalar || node.quoted) {
+        refuse(node, path, "is not a number", allowed);
+    }
+    if (names_no_finite_number(node.text)) {
+        refuse(node, path, "is not finite", allowed);
+    }
+    std::string_view text = node.text;
+    if (text.size() > 1 && text.front() == '+' && text[1] != '-') {
+        text.remove_prefix(1);
+    }
+    Real value{};
+    const auto [end, error] = std::from_chars(text.data(), text.data() + text.size(), value);
+    if (end != text.data() + text.size() || error == std::errc::invalid_argument) {
+        refuse(node, path, "is not a number", allowed);
+    }
+    if (error == std::errc::result_out_of_range || !std::isfinite(value)) {
+        refuse(node, path, "is beyond the range of floating-point numbers", allowed);
+    }
+    return value;
+}
+
+void require_finite(double value) {
+    if (!std::isfinite(value)) {
+        throw std::invalid_argument("a configuration holds a number that is not finite");
+    }
+}
+
+}  // namespace
+
+double read_number(const Value& node, const std::string& path, const std::string& allowed) {
+    return read_real<double>(node, path, allowed);
+}
+
+std::uint64_t read_whole_number(const Value& node, const std::string& path, const std::string& allowed) {
+    if (node.kind != Value::Kind::scalar || node.quoted) {
+        refuse(node, path, "is not a whole number", allowed);
+    }
+    std::uint64_t value = 0;
+    const char* last = node.text.data() + node.text.size();
+    const auto [end, error] = std::from_chars(node.text.data(), last, value);
+    if (end != last || error == std::errc::invalid_argument) {
+        refuse(node, path, "is not a whole number", allowed);
+    }
+    if (error == std::errc::result_out_of_range) {
+        refuse(node, path, "is out of range", allowed);
+    }
+    return value;
+}
+
+double read_degrees(const Value& node, const Bounds& bounds, const std::string& path, const std::string& allowed) {
+    const auto degrees = read_real<long double>(node, path, allowed);
+    if (!bounds.contain(static_cast<double>(degrees))) {
+        refuse(node, path, "is out of range", allowed);
+    }
+    return to_radians(degrees);
+}
+
+std::string number_text(double value) {
+    require_finite(value);
+    std::array<char, 32> buffer{};
+    const auto [end, error] = std::to_chars(buffer.begin(), buffer.end(), value);
+    return {buffer.begin(), end};
+}
+
+std::string degrees_text(double radians) {
+    require_finite(radians);
+    const long double degrees = static_cast<long double>(radians) / kRadiansPerDegree;
+    std::array<char, 64> buffer{};
+    for (int digits = kMinDegreeDigits; digits <= kMaxDegreeDigits; ++digits) {
+        char* const end = std::to_chars(buffer.begin(), buffer.end(), degrees, std::chars_format::general, digits).ptr;
+        long double back = 0.0L;
+        std::from_chars(buffer.begin(), end, back);
+        if (to_radians(back) == radians) {
+            return {buffer.begin(), end};
+        }
+    }
+    throw std::invalid_argument("an angle of " + number_text(radians) + " radians cannot be written in degrees");
+}
+
+}  // namespace palpate::yaml

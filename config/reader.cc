@@ -1,0 +1,157 @@
+#include "config/reader.h"
+
+#include <array>
+#include <fstream>
+#include <iterator>
+#include <memory>
+#include <utility>
+
+#include "config/internal/read_object.h"
+#include "config/internal/section.h"
+#include "config/internal/tree.h"
+#include "config/strategy_names.h"
+
+namespace palpate {
+
+namespace {
+
+using yaml::kAnyNumber;
+using yaml::kPositive;
+using yaml::Need;
+using yaml::Section;
+
+constexpr std::string_view kMillimetres = "mm";
+constexpr std::array<std::string_view, 1> kWorkspaceWords{"auto"};
+constexpr std::array<std::string_view, 2> kStrategyWords{"default", "thesis"};
+constexpr yaml::Bounds kFloorBounds{0.0, 1.0, false};
+
+Ball read_ball(Section& section) {
+    Ball ball;
+    ball.center = section.vector({"center", "centre of the ball", Need::required, kMillimetres}, kAnyNumber);
+    ball.radius = section.number({"radius", "radius of the ball", Need::required, kMillimetres}, kPositive);
+    return ball;
+}
+
+Box read_box(Section& section) {
+    Box box;
+    box.min = section.vector({"min", "corner with the smallest coordinates", Need::required, kMillimetres}, kAnyNumber);
+    box.max = section.vector({"max", "corner with the greatest coordinates; each greater than in `min`", Need::required, kMillimetres},
+                             kAnyNumber);
+    section.require((box.min.array() < box.max.array()).all(), "max",
+                    "is not greater than min in each coordinate; allowed: greater than min in x, y and z (mm)");
+    return box;
+}
+
+WorkspaceSpec read_workspace(Section& section) {
+    WorkspaceSpec workspace;
+    const yaml::Key key{
+        "workspace",
+        "region that contains the object; everything outside it is free. `auto` is for simulations only: around the hidden object",
+        Need::optional, "", "auto"};
+    section.word_or_mapping(key, kWorkspaceWords, [&](Section& inner) {
+        inner.mapping({"ball", "a ball", Need::alternative}, [&](Section& ball) { workspace = read_ball(ball); });
+        inner.mapping({"box", "a box along the axes", Need::alternative}, [&](Section& box) { workspace = read_box(box); });
+        inner.require_one_alternative();
+    });
+    return workspace;
+}
+
+template <class Option>
+Option read_option(Section& section, std::string_view name, std::string_view meaning, Option fallback) {
+    return static_cast<Option>(section.word({name, meaning}, strategy_words<Option>(), static_cast<std::size_t>(fallback)));
+}
+
+Strategy read_strategy(Section& section) {
+    Strategy strategy;
+    const yaml::Key key{"strategy", "how the next probe is chosen; `thesis` is exhaustive, exhaustive, none, voronoi", Need::optional, "",
+                        "default"};
+    const auto word = section.word_or_mapping(key, kStrategyWords, [&](Section& inner) {
+        strategy.refine = read_option(
+            inner, "refine", "which touches become samples: the worst once every reachable edge is probed, or every bad one at once",
+            strategy.refine);
+        strategy.explore =
+            read_option(inner, "explore", "which edges are probed: all that can be reached, or what closes the surface", strategy.explore);
+        strategy.infer = read_option(inner, "infer", "what is concluded without a probe", strategy.infer);
+        strategy.travel = read_option(inner, "travel", "along which ways the probe moves", strategy.travel);
+    });
+    return word == std::size_t{1} ? Strategy::thesis() : strategy;
+}
+
+Segment read_seed_ray(Section& section) {
+    Segment ray;
+    ray.source = section.vector({"from", "where the ray starts", Need::required, kMillimetres}, kAnyNumber);
+    ray.target = section.vector({"to", "where it aims and ends; differs from `from`", Need::required, kMillimetres}, kAnyNumber);
+    section.require(ray.source != ray.target, "to", "is the same point as from; allowed: another point (mm)");
+    return ray;
+}
+
+Options read_probing(Section& section) {
+    Options options;
+    options.epsilon = section.number(
+        {"epsilon", "upper bound on the radius of every surface Delaunay ball of the result", Need::required, kMillimetres}, kPositive);
+    options.reach = section.number_or_null(
+        {"reach", "lower bound on the reach of the surface that you vouch for; null: none given", Need::optional, kMillimetres}, kPositive);
+    options.strategy = read_strategy(section);
+    section.list({"seed_rays", "probed first, one per component at least; none: rays from the workspace towards its centre"}, 0, false,
+                 [&](Section& ray) { options.seed_rays.push_back(read_seed_ray(ray)); });
+    options.refinement_floor =
+        section.number({"refinement_floor", "where the mesh is not manifold, balls are refined down to this fraction of epsilon"},
+                       kFloorBounds, options.refinement_floor);
+    return options;
+}
+
+SessionConfig read_session(Section& section, const std::filesystem::path& folder) {
+    SessionConfig config;
+    section.mapping({"object", "the hidden object of a simulation", Need::optional, "", "none"},
+                    [&](Section& inner) { config.object = yaml::read_object(inner, folder); });
+    config.workspace = read_workspace(section);
+    section.mapping({"probing", "the task", Need::required}, [&](Section& inner) {
+        Options options = read_probing(inner);
+        config.probing = std::move(options);
+    });
+    config.random_seed = section.whole_number({"random_seed", "the same seed and configuration give the same run"}, config.random_seed);
+    section.finish();
+    return config;
+}
+
+// The text of a file, or one byte more than is allowed of it.
+std::string slurp(const std::filesystem::path& file, const yaml::Location& whole) {
+    std::error_code ignored;  // what cannot be asked about cannot be opened either
+    if (std::filesystem::is_directory(file, ignored)) {
+        yaml::fail(whole, "", "is a folder; allowed: a YAML file");
+    }
+    std::ifstream stream(file, std::ios::binary);
+    if (!stream) {
+        yaml::fail(whole, "",
+                   std::filesystem::exists(file, ignored) ? "cannot be read; allowed: a file that you may read"
+                                                          : "does not exist; allowed: a YAML file");
+    }
+    std::string text(yaml::kMaxBytes + 1, '\0');
+    stream.read(text.data(), static_cast<std::streamsize>(text.size()));
+    text.resize(static_cast<std::size_t>(stream.gcount()));
+    return text;
+}
+
+}  // namespace
+
+SessionConfig read_config(const std::filesystem::path& file, const std::vector<std::string>& overrides) {
+    const auto source = std::make_shared<const std::string>(file.string());
+    yaml::Value root = yaml::parse(slurp(file, {source, 0}), {source, 1}, "");
+    if (root.kind != yaml::Value::Kind::mapping) {
+        yaml::fail(root.where, "", spell(root) + " is not a mapping; allowed: a mapping with at least the key probing");
+    }
+    for (const std::string& assignment : overrides) {
+        yaml::apply_override(root, assignment);
+    }
+    Section section(root, "");
+    return read_session(section, std::filesystem::absolute(file).parent_path());
+}
+
+std::vector<KeyDoc> documented_keys() {
+    std::vector<KeyDoc> docs;
+    Section section(docs, "");
+    (void)read_session(section, "/");
+    return docs;
+}
+
+}  // namespace palpate

@@ -1,0 +1,33 @@
+// Reads a session's YAML file. Strict: what it does not know, it refuses.
+#pragma once
+
+#include <filesystem>
+#include <string>
+#include <vector>
+
+#include "config/config_error.h"
+#include "config/session_config.h"
+
+namespace palpate {
+
+// Reads `file`, after putting `overrides` into it, each of the form "a.b.c=value" with a YAML value; later ones win.
+// Relative paths, also those of overrides, are relative to the folder of `file`; the result holds absolute ones. Files
+// that the configuration names are not looked at.
+// Throws ConfigError on anything that config/README.md does not allow.
+[[nodiscard]] SessionConfig read_config(const std::filesystem::path& file, const std::vector<std::string>& overrides = {});
+
+// One row of the table in config/README.md.
+struct KeyDoc {
+    std::string key;  // full, with "[]" for "each element of"
+    std::string type;
+    std::string unit;
+    std::string default_value;
+    std::string range;
+    std::string meaning;
+};
+
+// Every key that read_config accepts, in the order of reading. Recorded by the reading code itself, so that it cannot
+// miss one. The parts of a union are shapes again and appear once, under object.shape.
+[[nodiscard]] std::vector<KeyDoc> documented_keys();
+
+}  // namespace palpate

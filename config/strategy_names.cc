@@ -1,0 +1,109 @@
+#include "config/strategy_names.h"
+
+#include <array>
+#include <stdexcept>
+#include <vector>
+
+namespace palpate {
+
+namespace {
+
+// In the order of the enumerators.
+constexpr std::array<std::string_view, 2> kRefineWords{"exhaustive", "eager"};
+constexpr std::array<std::string_view, 2> kExploreWords{"exhaustive", "closure"};
+constexpr std::array<std::string_view, 1> kInferWords{"none"};
+constexpr std::array<std::string_view, 1> kTravelWords{"voronoi"};
+
+std::string alternatives(std::span<const std::string_view> words) {
+    std::string text;
+    for (const std::string_view word : words) {
+        text += (text.empty() ? "" : "|") + std::string(word);
+    }
+    return text;
+}
+
+[[noreturn]] void fail(std::string_view name) {
+    throw std::invalid_argument("unknown strategy '" + std::string(name) +
+                                "'; allowed: thesis, default, or refine+explore[+infer[+travel]] with refine " +
+                                alternatives(kRefineWords) + ", explore " + alternatives(kExploreWords) + ", infer " +
+                                alternatives(kInferWords) + ", travel " + alternatives(kTravelWords));
+}
+
+template <class Option>
+Option from_word(std::string_view word, std::string_view name) {
+    const auto words = strategy_words<Option>();
+    for (std::size_t i = 0; i < words.size(); ++i) {
+        if (words[i] == word) {
+            return static_cast<Option>(i);
+        }
+    }
+    fail(name);
+}
+
+std::vector<std::string_view> split(std::string_view name) {
+    std::vector<std::string_view> words;
+    while (true) {
+        const std::size_t plus = name.find('+');
+        words.push_back(name.substr(0, plus));
+        if (plus == std::string_view::npos) {
+            return words;
+        }
+        name.remove_prefix(plus + 1);
+    }
+}
+
+}  // namespace
+
+template <>
+std::span<const std::string_view> strategy_words<Strategy::Refine>() {
+    return kRefineWords;
+}
+template <>
+std::span<const std::string_view> strategy_words<Strategy::Explore>() {
+    return kExploreWords;
+}
+template <>
+std::span<const std::string_view> strategy_words<Strategy::Infer>() {
+    return kInferWords;
+}
+template <>
+std::span<const std::string_view> strategy_words<Strategy::Travel>() {
+    return kTravelWords;
+}
+
+std::string to_string(const Strategy& strategy) {
+    if (strategy == Strategy::thesis()) {
+        return "thesis";
+    }
+    std::string name = std::string(to_word(strategy.refine)) + "+" + std::string(to_word(strategy.explore));
+    const Strategy standard;
+    if (strategy.infer != standard.infer || strategy.travel != standard.travel) {
+        name += "+" + std::string(to_word(strategy.infer)) + "+" + std::string(to_word(strategy.travel));
+    }
+    return name;
+}
+
+Strategy parse_strategy(std::string_view name) {
+    if (name == "thesis") {
+        return Strategy::thesis();
+    }
+    Strategy strategy;
+    if (name == "default") {
+        return strategy;
+    }
+    const std::vector<std::string_view> words = split(name);
+    if (words.size() < 2 || words.size() > 4) {
+        fail(name);
+    }
+    strategy.refine = from_word<Strategy::Refine>(words[0], name);
+    strategy.explore = from_word<Strategy::Explore>(words[1], name);
+    if (words.size() > 2) {
+        strategy.infer = from_word<Strategy::Infer>(words[2], name);
+    }
+    if (words.size() > 3) {
+        strategy.travel = from_word<Strategy::Travel>(words[3], name);
+    }
+    return strategy;
+}
+
+}  // namespace palpate

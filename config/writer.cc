@@ -1,0 +1,146 @@
+#include "config/writer.h"
+
+#include <filesystem>
+#include <stdexcept>
+#include <string_view>
+#include <utility>
+#include <vector>
+
+#include "config/internal/numbers.h"
+#include "config/internal/utf8.h"
+#include "config/strategy_names.h"
+
+namespace palpate {
+
+namespace {
+
+using yaml::number_text;
+using Lines = std::vector<std::string>;
+
+constexpr std::string_view kHex = "0123456789abcdef";
+
+template <class... Handlers>
+struct Overloaded : Handlers... {
+    using Handlers::operator()...;
+};
+template <class... Handlers>
+Overloaded(Handlers...) -> Overloaded<Handlers...>;
+
+template <class Spell>
+std::string triple(const Vector& v, const Spell& spell) {
+    return "[" + spell(v.x()) + ", " + spell(v.y()) + ", " + spell(v.z()) + "]";
+}
+
+std::string vector_text(const Vector& v) { return triple(v, number_text); }
+
+std::string quoted(const std::string& text) {
+    if (!yaml::is_utf8(text)) {
+        throw std::invalid_argument("the file name \"" + text + "\" is not UTF-8, so YAML cannot hold it");
+    }
+    std::string result = "\"";
+    for (const char c : text) {
+        const auto byte = static_cast<unsigned char>(c);
+        if (c == '"' || c == '\\') {
+            result += std::string("\\") + c;
+        } else if (byte < 0x20U || byte == 0x7FU) {
+            result += std::string("\\x") + kHex[byte >> 4U] + kHex[byte & 15U];
+        } else {
+            result += c;
+        }
+    }
+    return result + "\"";
+}
+
+void append_indented(Lines& lines, const Lines& inner, const std::string& first, const std::string& others) {
+    for (const std::string& line : inner) {
+        lines.push_back((&line == &inner.front() ? first : others) + line);
+    }
+}
+
+Lines shape_lines(const ShapeSpec& shape) {
+    Lines lines;
+    const auto add = [&lines](const std::string& line) { lines.push_back(line); };
+    std::visit(
+        Overloaded{
+            [&](const SphereSpec& s) { add("sphere: {radius: " + number_text(s.radius) + "}"); },
+            [&](const EllipsoidSpec& s) { add("ellipsoid: {semi_axes: " + vector_text(s.semi_axes) + "}"); },
+            [&](const TorusSpec& s) { add("torus: {major: " + number_text(s.major) + ", minor: " + number_text(s.minor) + "}"); },
+            [&](const CapsuleSpec& s) { add("capsule: {radius: " + number_text(s.radius) + ", length: " + number_text(s.length) + "}"); },
+            [&](const RoundedBoxSpec& s) {
+                add("rounded_box: {size: " + vector_text(s.size) + ", fillet: " + number_text(s.fillet) + "}");
+            },
+            [&](const Genus2Spec& s) { add("genus2: {scale: " + number_text(s.scale) + "}"); },
+            [&](const std::vector<ShapeSpec>& parts) {
+                add("union:");
+                add("  parts:");
+                for (const ShapeSpec& part : parts) {
+                    append_indented(lines, shape_lines(part), "    - ", "      ");
+                }
+            },
+        },
+        shape.kind);
+    add("at: " + vector_text(shape.at));
+    add("rotate: " + triple(shape.rotate, yaml::degrees_text));
+    return lines;
+}
+
+void add_object(Lines& lines, const ObjectSpec& object) {
+    lines.emplace_back("object:");
+    std::visit(Overloaded{
+                   [&](const MeshSpec& mesh) {
+                       lines.push_back("  mesh: " + quoted(std::filesystem::absolute(mesh.file).string()));
+                       lines.push_back("  scale: " + number_text(mesh.scale));
+                   },
+                   [&](const ShapeSpec& shape) {
+                       lines.emplace_back("  shape:");
+                       append_indented(lines, shape_lines(shape), "    ", "    ");
+                   },
+               },
+               object);
+}
+
+std::string workspace_text(const WorkspaceSpec& workspace) {
+    return std::visit(
+        Overloaded{
+            [](const AutoWorkspace&) { return std::string("auto"); },
+            [](const Ball& b) { return "{ball: {center: " + vector_text(b.center) + ", radius: " + number_text(b.radius) + "}}"; },
+            [](const Box& b) { return "{box: {min: " + vector_text(b.min) + ", max: " + vector_text(b.max) + "}}"; },
+        },
+        workspace);
+}
+
+std::string strategy_text(const Strategy& strategy) {
+    return "{refine: " + std::string(to_word(strategy.refine)) + ", explore: " + std::string(to_word(strategy.explore)) +
+           ", infer: " + std::string(to_word(strategy.infer)) + ", travel: " + std::string(to_word(strategy.travel)) + "}";
+}
+
+void add_probing(Lines& lines, const Options& options) {
+    lines.emplace_back("probing:");
+    lines.push_back("  epsilon: " + number_text(options.epsilon));
+    lines.push_back("  reach: " + (options.reach ? number_text(*options.reach) : "null"));
+    lines.push_back("  strategy: " + strategy_text(options.strategy));
+    lines.emplace_back(options.seed_rays.empty() ? "  seed_rays: []" : "  seed_rays:");
+    for (const Segment& ray : options.seed_rays) {
+        lines.push_back("    - {from: " + vector_text(ray.source) + ", to: " + vector_text(ray.target) + "}");
+    }
+    lines.push_back("  refinement_floor: " + number_text(options.refinement_floor));
+}
+
+}  // namespace
+
+std::string write_config(const SessionConfig& config) {
+    Lines lines;
+    if (config.object) {
+        add_object(lines, *config.object);
+    }
+    lines.push_back("workspace: " + workspace_text(config.workspace));
+    add_probing(lines, config.probing);
+    lines.push_back("random_seed: " + std::to_string(config.random_seed));
+    std::string text;
+    for (const std::string& line : lines) {
+        text += line + "\n";
+    }
+    return text;
+}
+
+}  // namespace palpate

@@ -1,0 +1,40 @@
+// The exact account of a run: what was asked, what was touched, how far the tool went (DESIGN section 9).
+#pragma once
+
+#include <cstdint>
+#include <optional>
+
+#include "planner/geometry.h"
+
+namespace palpate {
+
+struct Account {
+    // Guarded moves that asked for an answer; contact + clear is their total.
+    std::uint64_t contact = 0;
+    std::uint64_t clear = 0;
+    std::uint64_t seed = 0;              // of them, before the triangulation
+    std::uint64_t inferred_contact = 0;  // crossings known without a touch
+    std::uint64_t inferred_clear = 0;    // edges known to be free without a probe
+    double travel = 0.0;                 // mm: motion between probes
+    double probing = 0.0;                // mm: motion of probes, to where they stopped
+
+    [[nodiscard]] std::uint64_t probes() const { return contact + clear; }
+    [[nodiscard]] double displacement() const { return travel + probing; }
+};
+
+// One contact with S, in the order of the run.
+struct Touch {
+    enum class Role {
+        crossing,    // on a Voronoi edge; not a sample
+        seed,        // a first touch
+        seed_facet,  // a vertex of a persistent facet, nearer than ε to its fellows
+        refinement,  // a sample: the centre of a ball larger than ε
+        repair,      // a sample: the centre of a smaller ball at a defect of Ŝ (DESIGN section 4)
+    };
+    Point position = Point::Zero();
+    Point from = Point::Zero();  // where the probe that found it started
+    Role role = Role::crossing;
+    std::optional<std::uint32_t> sample;  // its index among the samples
+};
+
+}  // namespace palpate

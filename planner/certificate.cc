@@ -1,0 +1,86 @@
+#include "planner/certificate.h"
+
+#include <algorithm>
+#include <sstream>
+
+namespace palpate {
+namespace {
+
+using State = Premise::State;
+
+template <typename... Parts>
+std::string text(const Parts&... parts) {
+    std::ostringstream out;
+    (out << ... << parts);
+    return out.str();
+}
+
+Premise manifold_premise(const Topology& t, const Evidence& evidence) {
+    Premise premise{"I1: closed oriented manifold", State::checked, text(t.facets, " facets, Euler characteristic ", t.euler_characteristic)};
+    if (evidence.open_edges > 0 || !t.is_closed_oriented_manifold()) {
+        premise.state = State::refuted;
+        premise.detail = text(t.boundary_edges, " boundary, ", t.nonmanifold_edges, " non-manifold, ", t.inconsistent_edges,
+                              " inconsistently oriented edges, ", t.split_vertices, " split vertices, ", t.inward_components,
+                              " inside-out components, ", evidence.open_edges, " unexplored edges");
+    }
+    return premise;
+}
+
+Premise component_premise(const Evidence& evidence) {
+    Premise premise{"I2: a vertex on every component", State::assumed, {}};
+    if (evidence.unrepresented_touches > 0) {
+        premise.state = State::refuted;
+        premise.detail = text(evidence.unrepresented_touches, " samples belong to no facet, although all that can be reached around them was probed");
+    } else if (evidence.seeds_given) {
+        premise.detail = text("by the user: seed rays reach every component; the mesh has ", evidence.components);
+    } else {
+        premise.detail = text("by the user, who gave no seed rays: the object has no component besides the ", evidence.components, " in the mesh");
+    }
+    return premise;
+}
+
+Premise ball_premise(const Options& options, const Topology& t, const Evidence& evidence) {
+    const bool good = t.facets > 0 && evidence.max_ball_radius <= options.epsilon;
+    return {"I3: every ball radius <= epsilon", good ? State::checked : State::refuted,
+            text("largest ", evidence.max_ball_radius, " mm, epsilon ", options.epsilon, " mm")};
+}
+
+Premise reach_premise(const Options& options) {
+    const std::string name = "epsilon <= 0.16 reach";
+    const double needed = options.epsilon / kMaxEpsilonPerReach;
+    if (!options.reach) return {name, State::missing, text("no reach bound given; a reach of at least ", needed, " mm would do")};
+    if (*options.reach < needed) {
+        return {name, State::missing, text("the given bound of ", *options.reach, " mm is too small: this epsilon needs ", needed, " mm")};
+    }
+    return {name, State::assumed, text("by the user: reach >= ", *options.reach, " mm; ", needed, " mm is needed")};
+}
+
+bool holds(const Premise& premise) { return premise.state == State::checked || premise.state == State::assumed; }
+
+}  // namespace
+
+Certificate certify(const Options& options, const Topology& topology, const Evidence& evidence) {
+    Certificate certificate;
+    const Premise manifold = manifold_premise(topology, evidence);
+    const Premise components = component_premise(evidence);
+    const Premise balls = ball_premise(options, topology, evidence);
+    const Premise reach = reach_premise(options);
+    certificate.premises = {manifold, components, balls, reach,
+                            {"the workspace contains the object", State::assumed, "by the user"},
+                            {"touches lie on the surface", State::assumed, "by the user: their error is far below epsilon"}};
+    if (!holds(manifold) || !holds(components) || !holds(balls)) {
+        certificate.status = Certificate::Status::incomplete;
+        certificate.statement = "Nothing is guaranteed: the run could not establish all of I1 to I3.";
+    } else if (!holds(reach)) {
+        certificate.status = Certificate::Status::conditional;
+        certificate.statement = "The mesh is a closed oriented manifold whose surface Delaunay balls are at most epsilon; that it has the "
+                                "object's topology is not guaranteed, because the premise on the reach is missing.";
+    } else {
+        certificate.status = Certificate::Status::certified;
+        certificate.statement = "As far as the assumed premises hold, the mesh is isotopic to the object's surface and at Fréchet distance "
+                                "O(epsilon²/reach) from it (Oudot 2005, section 1.2).";
+    }
+    return certificate;
+}
+
+}  // namespace palpate

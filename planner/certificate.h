@@ -1,0 +1,59 @@
+// What the mesh guarantees, and on which assumptions (DESIGN section 4).
+#pragma once
+
+#include <optional>
+#include <string>
+#include <vector>
+
+#include "planner/options.h"
+#include "planner/topology.h"
+
+namespace palpate {
+
+struct Premise {
+    enum class State {
+        checked,  // on the result
+        assumed,  // by whom the detail names
+        refuted,  // the detail gives the evidence
+        missing,  // nobody gave it: what rests on it is not guaranteed
+    };
+    std::string name;
+    State state = State::missing;
+    std::string detail;
+};
+
+struct Certificate {
+    enum class Status {
+        certified,    // every premise is checked, or assumed by the user: Ŝ is isotopic to S
+        conditional,  // what can be checked holds, but a premise is missing
+        refuted,      // a premise that the user gave is contradicted by the touches
+        incomplete,   // the run could not establish what it has to establish
+    };
+    Status status = Status::incomplete;
+    std::vector<Premise> premises;
+    std::string statement;  // what is guaranteed, in one sentence
+};
+
+// A place where the run could not make Ŝ a manifold, and the ε that would be needed there.
+struct BadPlace {
+    Point position = Point::Zero();
+    std::string what;
+    double epsilon_needed = 0.0;  // mm, an upper bound: nothing larger can do
+};
+
+// What the certificate rests on, as found on the result.
+struct Evidence {
+    double max_ball_radius = 0.0;            // mm
+    std::size_t components = 0;              // of Ŝ
+    std::size_t seeded_components = 0;       // given or found by seeds
+    std::size_t unrepresented_touches = 0;   // samples that no facet of Ŝ uses although all around them was explored
+    std::size_t open_edges = 0;              // of Ŝ, left unexplored
+    bool seeds_given = false;                // by the user, one per component
+};
+
+// Largest ε / rch(S) for which thesis 1.2 holds (µ0).
+inline constexpr double kMaxEpsilonPerReach = 0.16;
+
+[[nodiscard]] Certificate certify(const Options& options, const Topology& topology, const Evidence& evidence);
+
+}  // namespace palpate

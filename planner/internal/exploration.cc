@@ -1,0 +1,91 @@
+#include "planner/internal/exploration.h"
+
+namespace palpate {
+
+std::optional<DirectedEdge> Exploration::next() {
+    while (!tasks_.empty()) {
+        // The task stays until what it asks for is known: a wing may need several probes.
+        if (const auto open = open_end(tasks_.back())) return open;
+        tasks_.pop_back();
+    }
+    return std::nullopt;
+}
+
+std::optional<DirectedEdge> Exploration::open_end(const Task& task) {
+    if (!state_.is_current(task.at)) return std::nullopt;
+    const DirectedEdge e = task.at.edge;
+    if (task.across != kWholeEdge) return walk(e, task.across);
+    if (!state_.is_reachable(e) || state_.state(e) != EdgeState::unknown) return std::nullopt;
+    return e;
+}
+
+std::optional<DirectedEdge> Exploration::walk(DirectedEdge e, int across) {
+    // A crossing seen from within leaves its vertex unknown: there is nowhere to walk from.
+    if (state_.recorded_state(e) != EdgeState::crossing || !state_.is_free(e.cell)) return std::nullopt;
+    CellId cell = e.cell;
+    int in = e.facet;
+    int out = across;
+    while (true) {
+        const DirectedEdge ahead{cell, out};
+        const EdgeState known = state_.state(ahead);
+        if (known == EdgeState::unknown) return ahead;
+        if (known == EdgeState::crossing) return std::nullopt;
+        const DirectedEdge back = state_.opposite(ahead);
+        // The two vertices of the Delaunay edge keep their identity, their indices change from cell to cell.
+        out = state_.next_facet_around(cell, in, out);
+        in = back.facet;
+        cell = back.cell;
+    }
+}
+
+void Exploration::note_crossing(DirectedEdge e) {
+    if (explore_ != Strategy::Explore::closure) return;
+    for (int j = 0; j < 4; ++j) {
+        if (j != e.facet) note_wing(e, j);
+    }
+}
+
+void Exploration::note_free(CellId cell) {
+    if (explore_ != Strategy::Explore::exhaustive) return;
+    for (int i = 0; i < 4; ++i) note_edge({cell, i});
+}
+
+void Exploration::note_insertion(const MaintainedDelaunay::Insertion& insertion) {
+    for (const DirectedEdge e : insertion.cropped) {
+        if (explore_ == Strategy::Explore::exhaustive) {
+            note_edge(state_.opposite(e));
+            if (state_.is_free(e.cell)) note_free(e.cell);
+            continue;
+        }
+        // Walks around the edges of the new sample's link may have lost a crossing, or their way.
+        for (int j = 0; j < 4; ++j) {
+            if (j == e.facet || e.cell > state_.neighbor({e.cell, j}) || state_.is_infinite_edge(e.cell, e.facet, j)) continue;
+            state_.around_edge(e.cell, e.facet, j, [&](DirectedEdge facet, int across) {
+                if (state_.recorded_state(facet) == EdgeState::crossing) note_wing(facet, across);
+            });
+        }
+    }
+}
+
+void Exploration::note_surroundings(std::uint32_t sample) {
+    for (const CellId cell : state_.cells_around(sample)) {
+        for (int i = 0; i < 4; ++i) {
+            if (state_.sample_of(cell, i) != sample) note_edge({cell, i});
+        }
+    }
+}
+
+void Exploration::sweep() {
+    for (CellId cell = 0; cell < state_.cell_slots(); ++cell) {
+        if (!state_.is_live(cell)) continue;
+        if (explore_ == Strategy::Explore::exhaustive) {
+            if (state_.is_free(cell)) note_free(cell);
+            continue;
+        }
+        for (int i = 0; i < 4; ++i) {
+            if (state_.recorded_state({cell, i}) == EdgeState::crossing) note_crossing({cell, i});
+        }
+    }
+}
+
+}  // namespace palpate

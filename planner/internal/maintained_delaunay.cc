@@ -1,0 +1,395 @@
+#include "planner/internal/maintained_delaunay.h"
+
+#include <algorithm>
+#include <cassert>
+#include <stdexcept>
+
+#include "planner/errors.h"
+
+namespace palpate {
+namespace {
+
+Kernel::Point_3 to_cgal(const Point& p) { return {p.x(), p.y(), p.z()}; }
+
+constexpr double kInfinity = std::numeric_limits<double>::infinity();
+
+// +1 if the permutation that sends (0, 1, 2, 3) to the given order is even, -1 if it is odd.
+int parity(std::array<int, 4> order) {
+    int sign = 1;
+    for (std::size_t i = 0; i < 4; ++i) {
+        for (std::size_t j = i + 1; j < 4; ++j) {
+            if (order[i] > order[j]) sign = -sign;
+        }
+    }
+    return sign;
+}
+
+}  // namespace
+
+// --- building --------------------------------------------------------------------------------------------------------
+
+void MaintainedDelaunay::initialise(std::span<const Point> samples) {
+    assert(samples_.empty());
+    for (const Point& p : samples) {
+        const std::size_t before = delaunay_.number_of_vertices();
+        const Delaunay::Vertex_handle v = delaunay_.insert(to_cgal(p));
+        if (delaunay_.number_of_vertices() == before) throw std::logic_error("MaintainedDelaunay: a sample is given twice");
+        v->info() = static_cast<std::uint32_t>(samples_.size());
+        samples_.push_back(p);
+        vertices_.push_back(v);
+    }
+    if (delaunay_.dimension() < 3) throw std::logic_error("MaintainedDelaunay: the first samples are coplanar");
+    for (auto cell = delaunay_.all_cells_begin(); cell != delaunay_.all_cells_end(); ++cell) register_cell(cell);
+}
+
+CellId MaintainedDelaunay::register_cell(Delaunay::Cell_handle cell) {
+    CellId id = 0;
+    if (free_slots_.empty()) {
+        id = static_cast<CellId>(cells_.size());
+        cells_.emplace_back();
+    } else {
+        id = free_slots_.back();
+        free_slots_.pop_back();
+    }
+    Cell& slot = cells_[id];
+    slot.handle = cell;
+    slot.edges = {};
+    slot.node = kNoNode;
+    slot.live = true;
+    slot.outside = lies_outside(cell);
+    slot.free = slot.outside;
+    cell->info() = id;
+    return id;
+}
+
+bool MaintainedDelaunay::lies_outside(Delaunay::Cell_handle cell) const {
+    if (delaunay_.is_infinite(cell)) return true;
+    const Point& a = point(cell->vertex(0));
+    const double limit = (a - workspace_.center()).norm() + workspace_.radius();
+    return !workspace_.contains(circumcentre(a, point(cell->vertex(1)), point(cell->vertex(2)), point(cell->vertex(3)), limit));
+}
+
+MaintainedDelaunay::Insertion MaintainedDelaunay::insert(const Point& p, CellId near) {
+    const Kernel::Point_3 query = to_cgal(p);
+    Delaunay::Locate_type type{};
+    int i = 0;
+    int j = 0;
+    const Delaunay::Cell_handle start = delaunay_.locate(query, type, i, j, handle(near));
+    if (type == Delaunay::VERTEX) throw std::logic_error("MaintainedDelaunay: a sample is inserted twice");
+    conflict_.clear();
+    hole_.clear();
+    delaunay_.find_conflicts(query, start, std::back_inserter(hole_), std::back_inserter(conflict_));
+
+    hole_facets_.clear();
+    for (const auto& [cell, facet] : hole_) {
+        EdgeRecord& dying = record({cell->info(), facet});
+        const Delaunay::Cell_handle survivor = cell->neighbor(facet);
+        hole_facets_.push_back({survivor, survivor->index(cell), dying});
+        dying = {};  // its crossing, if any, goes on with the hole facet
+    }
+    for (const Delaunay::Cell_handle cell : conflict_) {
+        Cell& slot = cells_[cell->info()];
+        for (EdgeRecord& r : slot.edges) drop_crossing(r);
+        slot.live = false;
+        ++slot.generation;
+        free_slots_.push_back(cell->info());
+    }
+
+    const Delaunay::Vertex_handle v = delaunay_.insert_in_hole(query, conflict_.begin(), conflict_.end(), hole_.front().first, hole_.front().second);
+    const auto index = static_cast<std::uint32_t>(samples_.size());
+    v->info() = index;
+    samples_.push_back(p);
+    vertices_.push_back(v);
+
+    cropped_.clear();
+    for (const HoleFacet& facet : hole_facets_) {
+        const Delaunay::Cell_handle fresh = facet.survivor->neighbor(facet.facet);
+        cropped_.push_back({register_cell(fresh), fresh->index(v)});
+    }
+    for (const HoleFacet& facet : hole_facets_) inherit(facet, p);
+    return {index, cropped_};
+}
+
+// DESIGN section 3. The old edge ran from u (the survivor) to w (destroyed); it now ends at v, the vertex of the new cell.
+void MaintainedDelaunay::inherit(const HoleFacet& hole_facet, const Point& p) {
+    const DirectedEdge from_u{hole_facet.survivor->info(), hole_facet.facet};
+    const DirectedEdge from_v = opposite(from_u);
+    EdgeRecord dying = hole_facet.dying;
+    EdgeRecord& u_record = record(from_u);
+    if (u_record.state == EdgeState::unknown && dying.state == EdgeState::unknown) return;
+    const std::optional<EdgeSpan> remains = span(from_u);
+    if (!remains) {  // what is left of the edge is outside ω
+        drop_crossing(u_record);
+        drop_crossing(dying);
+        u_record.state = record(from_v).state = EdgeState::clear;
+        return;
+    }
+    if (u_record.state == EdgeState::clear && u_record.anchor == kNoNode) {  // was outside, grazes ω now, by rounding
+        u_record = {};
+        return;
+    }
+
+    const Point& a = samples_[facet_samples(from_u)[0]];
+    const auto in_new_cell = [&](const Point& x) { return (x - p).squaredNorm() < (x - a).squaredNorm(); };
+    const Crossing* const u_crossing = u_record.state == EdgeState::crossing ? &crossings_[u_record.crossing] : nullptr;
+    const Crossing* const w_crossing = dying.state == EdgeState::crossing ? &crossings_[dying.crossing] : nullptr;
+    const CroppedEdge cropped = crop_edge(u_record.state, u_crossing, dying.state, w_crossing, in_new_cell);
+
+    Cell& v_cell = cells_[from_v.cell];
+    EdgeRecord& v_record = record(from_v);
+    // The segment that the tool went along past v: its two ends in the roadmap.
+    NodeId before = kNoNode;
+    NodeId beyond = kNoNode;
+    if (u_record.state == EdgeState::clear) {
+        before = u_record.anchor;
+        beyond = dying.anchor;
+    } else if (cropped.frees_v) {
+        const Crossing& traversed = cropped.on_segment_of_u ? *u_crossing : *w_crossing;
+        before = traversed.from_node;
+        beyond = traversed.near_node;
+    }
+    if (cropped.frees_v && !v_cell.outside && beyond != kNoNode) {
+        free_at(from_v.cell, roadmap_.split(before, beyond, remains->end_point()));
+    }
+    // Where v is outside ω, the segment went on to the boundary or came in from it: its end there stays.
+    const NodeId v_anchor = v_cell.outside ? (cropped.on_segment_of_u ? beyond : before) : v_cell.node;
+
+    if (cropped.from_v == EdgeState::crossing) {
+        v_record = dying;
+        Crossing& crossing = crossings_[v_record.crossing];
+        crossing_edges_[v_record.crossing] = from_v;
+        if (cropped.from_v_becomes_vertex) {
+            crossing.from_vertex = true;
+            crossing.from_node = v_anchor;
+            crossing.from = roadmap_.at(v_anchor);
+        }
+        dying = {};
+    } else if (cropped.from_v == EdgeState::clear) {
+        v_record = {EdgeState::clear, kNoCrossing, v_anchor};
+    }
+    if (cropped.from_u == EdgeState::clear) {
+        const NodeId u_anchor = before;
+        drop_crossing(u_record);
+        u_record = {EdgeState::clear, kNoCrossing, u_anchor};
+    } else if (cropped.from_u == EdgeState::unknown) {
+        drop_crossing(u_record);
+    }
+    drop_crossing(dying);
+}
+
+// --- triangulation ---------------------------------------------------------------------------------------------------
+
+std::optional<std::uint32_t> MaintainedDelaunay::sample_of(CellId cell, int vertex) const {
+    const Delaunay::Vertex_handle v = handle(cell)->vertex(vertex);
+    if (delaunay_.is_infinite(v)) return std::nullopt;
+    return v->info();
+}
+
+DirectedEdge MaintainedDelaunay::opposite(DirectedEdge e) const {
+    const Delaunay::Cell_handle cell = handle(e.cell);
+    const Delaunay::Cell_handle other = cell->neighbor(e.facet);
+    return {other->info(), other->index(cell)};
+}
+
+std::array<Delaunay::Vertex_handle, 3> MaintainedDelaunay::sorted_facet(DirectedEdge e) const {
+    const Delaunay::Cell_handle cell = handle(e.cell);
+    std::array<Delaunay::Vertex_handle, 3> facet;
+    for (std::size_t k = 0; k < 3; ++k) facet[k] = cell->vertex((e.facet + 1 + static_cast<int>(k)) & 3);
+    if (facet[0]->info() > facet[1]->info()) std::swap(facet[0], facet[1]);
+    if (facet[1]->info() > facet[2]->info()) std::swap(facet[1], facet[2]);
+    if (facet[0]->info() > facet[1]->info()) std::swap(facet[0], facet[1]);
+    return facet;
+}
+
+std::array<std::uint32_t, 3> MaintainedDelaunay::facet_samples(DirectedEdge e) const {
+    const auto facet = sorted_facet(e);
+    const Delaunay::Cell_handle cell = handle(e.cell);
+    const bool counter_clockwise = parity({cell->index(facet[0]), cell->index(facet[1]), cell->index(facet[2]), e.facet}) > 0;
+    return {facet[0]->info(), facet[counter_clockwise ? 1 : 2]->info(), facet[counter_clockwise ? 2 : 1]->info()};
+}
+
+CellId MaintainedDelaunay::cell_at(std::uint32_t sample) const { return vertices_[sample]->cell()->info(); }
+
+std::vector<CellId> MaintainedDelaunay::cells_around(std::uint32_t sample) const {
+    std::vector<Delaunay::Cell_handle> handles;
+    delaunay_.incident_cells(vertices_[sample], std::back_inserter(handles));
+    std::vector<CellId> cells;
+    for (const Delaunay::Cell_handle cell : handles) cells.push_back(cell->info());
+    return cells;
+}
+
+bool MaintainedDelaunay::is_infinite_edge(CellId cell, int i, int j) const {
+    for (int k = 0; k < 4; ++k) {
+        if (k != i && k != j && delaunay_.is_infinite(handle(cell)->vertex(k))) return true;
+    }
+    return false;
+}
+
+int MaintainedDelaunay::next_facet_around(CellId cell, int in, int out) const {
+    // The next cell shares the facet opposite to `out`, with the Delaunay edge and the vertex `in`; the facet opposite to
+    // that vertex holds the edge too and is not the one by which we come.
+    const Delaunay::Cell_handle from = handle(cell);
+    return from->neighbor(out)->index(from->vertex(in));
+}
+
+std::optional<DirectedEdge> MaintainedDelaunay::find_facet(std::uint32_t a, std::uint32_t b, std::uint32_t c) const {
+    Delaunay::Cell_handle cell;
+    int i = 0;
+    int j = 0;
+    int k = 0;
+    if (!delaunay_.is_facet(vertices_[a], vertices_[b], vertices_[c], cell, i, j, k)) return std::nullopt;
+    return DirectedEdge{cell->info(), 6 - i - j - k};
+}
+
+std::optional<EdgeSpan> MaintainedDelaunay::span(DirectedEdge e) const {
+    const Delaunay::Cell_handle u = handle(e.cell);
+    const Delaunay::Cell_handle w = u->neighbor(e.facet);
+    const Cell& from = cells_[e.cell];
+    const Cell& to = cells_[w->info()];
+    const auto facet = sorted_facet(e);
+    for (const auto& v : facet) {
+        if (delaunay_.is_infinite(v)) return std::nullopt;
+    }
+    const Point& a = point(facet[0]);
+    const Point& b = point(facet[1]);
+    const Point& c = point(facet[2]);
+    EdgeSpan result;
+    result.line = dual_line(a, b, c);
+    const std::optional<Interval> inside = workspace_.clip(result.line.origin, result.line.direction);
+    if (from.outside && to.outside && !inside) return std::nullopt;
+
+    // u's fourth vertex lies on u's side of the facet; the edge runs away from it. The sign is exact: it is the
+    // orientation of the cell, which the triangulation guarantees.
+    const int sign = -parity({u->index(facet[0]), u->index(facet[1]), u->index(facet[2]), e.facet});
+    const int side_of_u = -sign;
+    const double limit = inside ? std::max(std::abs(inside->low), std::abs(inside->high)) : kInfinity;
+    const auto vertex_parameter = [&](Delaunay::Cell_handle cell, int opposite_vertex, int side) {
+        return circumcentre_parameter(result.line, a, b, c, point(cell->vertex(opposite_vertex)), side, limit);
+    };
+    double at_u = delaunay_.is_infinite(u) ? -sign * kInfinity : vertex_parameter(u, e.facet, side_of_u);
+    double at_w = delaunay_.is_infinite(w) ? sign * kInfinity : vertex_parameter(w, w->index(u), -side_of_u);
+    if (!inside) {  // an end is inside, by rounding only: the line grazes ω there
+        const double at = from.outside ? at_w : at_u;
+        result.start = result.end = at;
+        result.starts_on_boundary = from.outside;
+        result.ends_on_boundary = to.outside;
+        return result;
+    }
+    const double entry = sign > 0 ? inside->low : inside->high;
+    const double leave = sign > 0 ? inside->high : inside->low;
+    if (from.outside && to.outside) {
+        const double middle = (inside->low + inside->high) / 2;
+        if (sign * (middle - at_u) <= 0 || sign * (at_w - middle) <= 0) return std::nullopt;
+    }
+    if (from.outside) at_u = entry;
+    if (to.outside) at_w = leave;
+    result.start = std::clamp(at_u, inside->low, inside->high);
+    result.end = std::clamp(at_w, inside->low, inside->high);
+    if (sign * (result.end - result.start) < 0) result.end = result.start;  // by rounding: an edge of no length
+    result.starts_on_boundary = from.outside;
+    result.ends_on_boundary = to.outside;
+    return result;
+}
+
+// --- knowledge -------------------------------------------------------------------------------------------------------
+
+EdgeState MaintainedDelaunay::state(DirectedEdge e) {
+    EdgeRecord& known = record(e);
+    if (known.state == EdgeState::unknown && is_outside(e.cell) && is_outside(neighbor(e)) && !span(e)) {
+        known.state = record(opposite(e)).state = EdgeState::clear;
+    }
+    return known.state;
+}
+
+std::optional<DirectedEdge> MaintainedDelaunay::edge_of(CrossingId id, std::uint32_t generation) const {
+    if (crossing_generations_[id] != generation) return std::nullopt;
+    return crossing_edges_[id];
+}
+
+// --- learning --------------------------------------------------------------------------------------------------------
+
+void MaintainedDelaunay::free_at(CellId cell, NodeId node) {
+    cells_[cell].free = true;
+    cells_[cell].node = node;
+}
+
+CrossingId MaintainedDelaunay::new_crossing(const Crossing& crossing, DirectedEdge e) {
+    if (free_crossings_.empty()) {
+        crossings_.push_back(crossing);
+        crossing_edges_.push_back(e);
+        crossing_generations_.push_back(0);
+        return static_cast<CrossingId>(crossings_.size() - 1);
+    }
+    const CrossingId id = free_crossings_.back();
+    free_crossings_.pop_back();
+    crossings_[id] = crossing;
+    crossing_edges_[id] = e;
+    return id;
+}
+
+void MaintainedDelaunay::drop_crossing(EdgeRecord& r) {
+    if (r.state == EdgeState::crossing) {
+        ++crossing_generations_[r.crossing];
+        free_crossings_.push_back(r.crossing);
+    }
+    r = {};
+}
+
+NodeId MaintainedDelaunay::probe_start(DirectedEdge e, const EdgeSpan& along) {
+    assert(is_reachable(e));
+    return along.starts_on_boundary ? roadmap_.add_on_boundary(along.start_point()) : node(e.cell);
+}
+
+Point MaintainedDelaunay::probe_target(DirectedEdge e, const EdgeSpan& along) const {
+    const CellId target = neighbor(e);
+    return !along.ends_on_boundary && is_free(target) ? roadmap_.at(node(target)) : along.end_point();
+}
+
+NodeId MaintainedDelaunay::learn_clear(DirectedEdge e, const EdgeSpan& along, NodeId start, const Point& end) {
+    const DirectedEdge back = opposite(e);
+    if (record(back).state == EdgeState::crossing) {
+        throw ContradictionError("a Voronoi edge was touched from one end and found clear from the other: the object moved, or a touch was false");
+    }
+    NodeId arrived = kNoNode;
+    if (along.ends_on_boundary) {
+        arrived = roadmap_.add_on_boundary(end);
+        roadmap_.connect(start, arrived);
+    } else if (is_free(back.cell)) {
+        arrived = node(back.cell);
+        roadmap_.connect(start, arrived);
+    } else {
+        arrived = roadmap_.add(start, end);
+        free_at(back.cell, arrived);
+    }
+    record(e) = {EdgeState::clear, kNoCrossing, start};
+    record(back) = {EdgeState::clear, kNoCrossing, arrived};
+    return arrived;
+}
+
+void MaintainedDelaunay::learn_contact(DirectedEdge e, NodeId from, NodeId contact, std::uint32_t touch, bool from_vertex) {
+    Crossing crossing;
+    crossing.near = crossing.far = roadmap_.at(contact);
+    crossing.from = roadmap_.at(from);
+    crossing.from_vertex = from_vertex;
+    crossing.from_node = from;
+    crossing.near_node = contact;
+    crossing.touch = touch;
+    crossing.ball_radius = (crossing.near - samples_[facet_samples(e)[0]]).norm();
+    drop_crossing(record(e));
+    record(e) = {EdgeState::crossing, new_crossing(crossing, e), kNoNode};
+}
+
+void MaintainedDelaunay::learn_contact_from_outside(DirectedEdge e, const EdgeSpan& along, NodeId entry, NodeId contact, std::uint32_t touch) {
+    NodeId from = entry;
+    if (!along.starts_on_boundary) {
+        from = roadmap_.split(entry, contact, along.start_point());
+        if (is_free(e.cell)) {
+            roadmap_.connect(from, node(e.cell));
+        } else {
+            free_at(e.cell, from);
+        }
+    }
+    learn_contact(e, from, contact, touch);
+}
+
+}  // namespace palpate

@@ -1,0 +1,223 @@
+// Del(E) with what is known of every cell and directed Voronoi edge, kept through insertions (DESIGN sections 2 and 3).
+#pragma once
+
+#include <CGAL/Delaunay_triangulation_3.h>
+#include <CGAL/Delaunay_triangulation_cell_base_3.h>
+#include <CGAL/Exact_predicates_inexact_constructions_kernel.h>
+#include <CGAL/Triangulation_cell_base_with_info_3.h>
+#include <CGAL/Triangulation_vertex_base_with_info_3.h>
+
+#include <array>
+#include <cstdint>
+#include <limits>
+#include <optional>
+#include <span>
+#include <string>
+#include <vector>
+
+#include "planner/internal/dual_line.h"
+#include "planner/internal/edge_record.h"
+#include "planner/internal/roadmap.h"
+#include "planner/workspace.h"
+
+namespace palpate {
+
+using Kernel = CGAL::Exact_predicates_inexact_constructions_kernel;
+using VertexBase = CGAL::Triangulation_vertex_base_with_info_3<std::uint32_t, Kernel>;  // index of the sample
+using CellBase = CGAL::Triangulation_cell_base_with_info_3<std::uint32_t, Kernel, CGAL::Delaunay_triangulation_cell_base_3<Kernel>>;
+using Delaunay = CGAL::Delaunay_triangulation_3<Kernel, CGAL::Triangulation_data_structure_3<VertexBase, CellBase>>;
+
+using CellId = std::uint32_t;
+using CrossingId = std::uint32_t;
+inline constexpr CrossingId kNoCrossing = ~CrossingId{0};
+
+// The Voronoi edge that leaves the Voronoi vertex of `cell` through its facet opposite to vertex `facet`.
+struct DirectedEdge {
+    CellId cell = 0;
+    int facet = 0;
+
+    friend bool operator==(const DirectedEdge&, const DirectedEdge&) = default;
+};
+
+// The same edge for as long as its cell lives: CellIds are used again, generations are not.
+struct EdgeTicket {
+    DirectedEdge edge;
+    std::uint32_t generation = 0;
+};
+
+// Where a directed edge runs inside ω.
+struct EdgeSpan {
+    DualLine line;       // of the facet; `line.direction` may point either way along the edge
+    double start = 0.0;  // parameters on the line: at the cell's Voronoi vertex, or where the edge enters ω
+    double end = 0.0;    // at the neighbour's Voronoi vertex, or where the edge leaves ω
+    bool starts_on_boundary = false;
+    bool ends_on_boundary = false;
+
+    [[nodiscard]] Point start_point() const { return line.at(start); }
+    [[nodiscard]] Point end_point() const { return line.at(end); }
+};
+
+class MaintainedDelaunay {
+public:
+    explicit MaintainedDelaunay(const Workspace& workspace) : workspace_(workspace), roadmap_(workspace) {}
+    MaintainedDelaunay(const MaintainedDelaunay&) = delete;
+    MaintainedDelaunay& operator=(const MaintainedDelaunay&) = delete;
+
+    // --- building ---------------------------------------------------------------------------------------------------
+    // REQUIRES: called once, before all else; at least four points that are not coplanar. Nothing is known of any edge.
+    void initialise(std::span<const Point> samples);
+
+    // What an insertion changed. Valid until the next insertion.
+    struct Insertion {
+        std::uint32_t sample = 0;
+        // What the new Voronoi cell cropped, from the new vertices: each new cell once, towards its survivor.
+        std::span<const DirectedEdge> cropped;
+    };
+    // Inserts a sample; records of cells that survive stay, records of edges that the new Voronoi cell crops are
+    // inherited. Throws std::logic_error if the sample is already there. `near` is a cell to start the search from.
+    Insertion insert(const Point& p, CellId near);
+
+    // --- triangulation ----------------------------------------------------------------------------------------------
+    [[nodiscard]] std::size_t sample_count() const { return delaunay_.number_of_vertices(); }
+    [[nodiscard]] const Point& sample(std::uint32_t index) const { return samples_[index]; }
+    [[nodiscard]] std::size_t cell_slots() const { return cells_.size(); }
+    [[nodiscard]] bool is_live(CellId cell) const { return cells_[cell].live; }
+    // The sample at a vertex of a cell; nothing for the vertex at infinity.
+    [[nodiscard]] std::optional<std::uint32_t> sample_of(CellId cell, int vertex) const;
+    [[nodiscard]] CellId neighbor(DirectedEdge e) const { return handle(e.cell)->neighbor(e.facet)->info(); }
+    // The same edge from its other end.
+    [[nodiscard]] DirectedEdge opposite(DirectedEdge e) const;
+    // The facet's vertices, counter-clockwise seen from the cell's side; its edge is not at infinity.
+    [[nodiscard]] std::array<std::uint32_t, 3> facet_samples(DirectedEdge e) const;
+    // The sample's cell to search from.
+    [[nodiscard]] CellId cell_at(std::uint32_t sample) const;
+    [[nodiscard]] std::vector<CellId> cells_around(std::uint32_t sample) const;
+    // For every cell around the Delaunay edge that joins the other two vertices of `cell` than i and j, and each of the
+    // cell's two facets that hold that edge: visit(DirectedEdge of the facet, index of the other facet).
+    template <typename Visit>
+    void around_edge(CellId cell, int i, int j, const Visit& visit) const;
+    // Whether the Delaunay edge that joins the other two vertices than i and j ends at infinity.
+    [[nodiscard]] bool is_infinite_edge(CellId cell, int i, int j) const;
+    // Leaving `cell` through facet `out` around the Delaunay edge that facets `in` and `out` share: the facet of the next
+    // cell by which that walk goes on.
+    [[nodiscard]] int next_facet_around(CellId cell, int in, int out) const;
+    // The facet that holds the triangle, seen from either side, if it is in the triangulation.
+    [[nodiscard]] std::optional<DirectedEdge> find_facet(std::uint32_t a, std::uint32_t b, std::uint32_t c) const;
+
+    // --- knowledge --------------------------------------------------------------------------------------------------
+    // Of cells: proven free, and whether the Voronoi vertex lies outside ω (then it is free).
+    [[nodiscard]] bool is_free(CellId cell) const { return cells_[cell].free; }
+    [[nodiscard]] bool is_outside(CellId cell) const { return cells_[cell].outside; }
+    // The Voronoi vertex' place in the roadmap. REQUIRES: free and inside ω.
+    [[nodiscard]] NodeId node(CellId cell) const { return cells_[cell].node; }
+
+    // The edge inside ω; nothing where the whole edge lies outside (or at infinity).
+    [[nodiscard]] std::optional<EdgeSpan> span(DirectedEdge e) const;
+    // Learns at once that an edge outside ω is clear.
+    [[nodiscard]] EdgeState state(DirectedEdge e);
+    [[nodiscard]] EdgeState recorded_state(DirectedEdge e) const { return record(e).state; }
+    [[nodiscard]] const Crossing& crossing(DirectedEdge e) const { return crossings_[record(e).crossing]; }
+    [[nodiscard]] CrossingId crossing_id(DirectedEdge e) const { return record(e).crossing; }
+    // Where a crossing is now; nothing once it has left all edges.
+    [[nodiscard]] std::optional<DirectedEdge> edge_of(CrossingId id, std::uint32_t generation) const;
+    [[nodiscard]] std::uint32_t generation_of(CrossingId id) const { return crossing_generations_[id]; }
+
+    // A probe can start at the edge's beginning: its vertex is free, or it enters ω from outside.
+    [[nodiscard]] bool is_reachable(DirectedEdge e) const { return cells_[e.cell].free; }
+
+    [[nodiscard]] EdgeTicket ticket(DirectedEdge e) const { return {e, cells_[e.cell].generation}; }
+    [[nodiscard]] bool is_current(const EdgeTicket& t) const { return cells_[t.edge.cell].live && cells_[t.edge.cell].generation == t.generation; }
+
+    // --- learning ---------------------------------------------------------------------------------------------------
+    // The node to start a probe of the edge from. REQUIRES: is_reachable(e), span(e) has a value.
+    NodeId probe_start(DirectedEdge e, const EdgeSpan& along);
+    // Where such a probe aims: the far end, exactly where the tool has been if it has.
+    [[nodiscard]] Point probe_target(DirectedEdge e, const EdgeSpan& along) const;
+    // The whole edge turned out free. Returns the node where the tool is now, at `end`.
+    NodeId learn_clear(DirectedEdge e, const EdgeSpan& along, NodeId start, const Point& end);
+    // S was touched on the edge at roadmap node `contact`, coming from node `from` of the edge: its start, or (not
+    // from_vertex) a point q within. `touch` numbers the touch for the caller.
+    void learn_contact(DirectedEdge e, NodeId from, NodeId contact, std::uint32_t touch, bool from_vertex = true);
+    // The tool came along the edge's whole line from outside ω (node `entry`), past the edge's start, to `contact`.
+    void learn_contact_from_outside(DirectedEdge e, const EdgeSpan& along, NodeId entry, NodeId contact, std::uint32_t touch);
+
+    [[nodiscard]] Roadmap& roadmap() { return roadmap_; }
+    [[nodiscard]] const Roadmap& roadmap() const { return roadmap_; }
+
+    // Checks the structure and every record against the others and the geometry; `why` gets the first thing wrong.
+    // For tests: linear time, with exact predicates.
+    [[nodiscard]] bool is_valid(std::string* why = nullptr) const;
+
+private:
+    struct EdgeRecord {
+        EdgeState state = EdgeState::unknown;
+        CrossingId crossing = kNoCrossing;
+        // Where the proven-free part of the edge begins on this side: at the vertex, or where the edge enters ω. Only
+        // with state clear inside ω; a crossing has its own.
+        NodeId anchor = kNoNode;
+    };
+    struct Cell {
+        Delaunay::Cell_handle handle;
+        std::array<EdgeRecord, 4> edges;
+        NodeId node = kNoNode;
+        std::uint32_t generation = 0;
+        bool live = false;
+        bool free = false;
+        bool outside = false;
+    };
+    // A boundary facet of the conflict hole, from the surviving side, with the record that dies on the other side.
+    struct HoleFacet {
+        Delaunay::Cell_handle survivor;
+        int facet = 0;
+        EdgeRecord dying;
+    };
+
+    [[nodiscard]] Delaunay::Cell_handle handle(CellId cell) const { return cells_[cell].handle; }
+    [[nodiscard]] EdgeRecord& record(DirectedEdge e) { return cells_[e.cell].edges[static_cast<std::size_t>(e.facet)]; }
+    [[nodiscard]] const EdgeRecord& record(DirectedEdge e) const { return cells_[e.cell].edges[static_cast<std::size_t>(e.facet)]; }
+    [[nodiscard]] const Point& point(Delaunay::Vertex_handle v) const { return samples_[v->info()]; }
+    CellId register_cell(Delaunay::Cell_handle cell);
+    [[nodiscard]] bool lies_outside(Delaunay::Cell_handle cell) const;
+    [[nodiscard]] std::array<Delaunay::Vertex_handle, 3> sorted_facet(DirectedEdge e) const;
+    void free_at(CellId cell, NodeId node);
+    CrossingId new_crossing(const Crossing& crossing, DirectedEdge e);
+    void drop_crossing(EdgeRecord& r);
+    void inherit(const HoleFacet& facet, const Point& p);
+
+    const Workspace workspace_;
+    Delaunay delaunay_;
+    Roadmap roadmap_;
+    std::vector<Point> samples_;
+    std::vector<Delaunay::Vertex_handle> vertices_;
+    std::vector<Cell> cells_;
+    std::vector<CellId> free_slots_;
+    std::vector<Crossing> crossings_;
+    std::vector<DirectedEdge> crossing_edges_;  // parallel to crossings_
+    std::vector<std::uint32_t> crossing_generations_;
+    std::vector<CrossingId> free_crossings_;
+    // Scratch of insert().
+    std::vector<Delaunay::Cell_handle> conflict_;
+    std::vector<Delaunay::Facet> hole_;
+    std::vector<HoleFacet> hole_facets_;
+    std::vector<DirectedEdge> cropped_;
+};
+
+template <typename Visit>
+void MaintainedDelaunay::around_edge(CellId cell, int i, int j, const Visit& visit) const {
+    const Delaunay::Cell_handle first = handle(cell);
+    Delaunay::Cell_handle at = first;
+    int in = i;
+    int out = j;
+    do {
+        const CellId id = at->info();
+        visit(DirectedEdge{id, in}, out);
+        visit(DirectedEdge{id, out}, in);
+        // As in next_facet_around, on handles: this is the inner loop of what an insertion costs.
+        const Delaunay::Cell_handle next = at->neighbor(out);
+        out = next->index(at->vertex(in));
+        in = next->index(at);
+        at = next;
+    } while (at != first);
+}
+
+}  // namespace palpate

@@ -1,0 +1,38 @@
+#include "planner/internal/restricted_surface.h"
+
+namespace palpate {
+
+RestrictedSurface extract_surface(const MaintainedDelaunay& state) {
+    RestrictedSurface surface;
+    std::vector<bool> used(state.sample_count());
+    for (CellId cell = 0; cell < state.cell_slots(); ++cell) {
+        if (!state.is_live(cell)) continue;
+        for (int i = 0; i < 4; ++i) {
+            const DirectedEdge e{cell, i};
+            if (state.recorded_state(e) != EdgeState::crossing) continue;
+            const DirectedEdge back = state.opposite(e);
+            const double radius = state.crossing(e).ball_radius;
+            if (state.recorded_state(back) == EdgeState::crossing) {
+                const double other = state.crossing(back).ball_radius;
+                if (other < radius || (other == radius && back.cell < cell)) continue;
+            }
+            surface.mesh.triangles.push_back(state.facet_samples(e));
+            for (const std::uint32_t sample : surface.mesh.triangles.back()) used[sample] = true;
+            surface.dual_edges.push_back(e);
+            surface.ball_radii.push_back(radius);
+        }
+    }
+    std::vector<std::uint32_t> point_of(used.size());
+    for (std::uint32_t sample = 0; sample < used.size(); ++sample) {
+        if (!used[sample]) continue;
+        point_of[sample] = static_cast<std::uint32_t>(surface.mesh.points.size());
+        surface.mesh.points.push_back(state.sample(sample));
+        surface.sample_of.push_back(sample);
+    }
+    for (auto& triangle : surface.mesh.triangles) {
+        for (std::uint32_t& vertex : triangle) vertex = point_of[vertex];
+    }
+    return surface;
+}
+
+}  // namespace palpate

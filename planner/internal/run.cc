@@ -1,0 +1,217 @@
+#include "planner/internal/run.h"
+
+#include <algorithm>
+#include <cmath>
+#include <numbers>
+#include <stdexcept>
+#include <string>
+
+namespace palpate {
+namespace {
+
+// Of the progress estimate: a typical surface has about this share of the area of its bounding box, ...
+constexpr double kAreaPerBox = 0.6;
+// ... and a finished sample about this many times the samples of the hexagonal bound.
+constexpr double kSamplesPerBound = 1.75;
+// An estimate is never the end.
+constexpr double kAlmostDone = 0.99;
+
+// Balls of half the spacing around samples are disjoint and lie in ω, grown by half the spacing.
+std::size_t packing_bound(const Workspace& workspace, double spacing) {
+    const double bound = std::pow((workspace.radius() + spacing / 2) / (spacing / 2), 3);
+    return bound < 1e18 ? static_cast<std::size_t>(bound) + 1 : ~std::size_t{0};
+}
+
+}  // namespace
+
+Run::Run(SurfaceOracle& oracle, const Workspace& workspace, const Options& options, const Observer& observer)
+    : workspace_(workspace),
+      options_(options),
+      observer_(observer),
+      criteria_(options),
+      state_(workspace),
+      tool_(oracle, workspace, state_.roadmap()),
+      exploration_(state_, options.strategy.explore),
+      touched_min_(Point::Constant(std::numeric_limits<double>::infinity())),
+      touched_max_(-touched_min_) {}
+
+void Run::execute() {
+    const std::vector<SeedFacet> seeds = touch_seeds(workspace_, options_, state_, tool_);
+    seeded_components_ = seeds.size();
+    // Seeds are exempt from the spacing; there are few of them.
+    max_samples_ = state_.sample_count() + packing_bound(workspace_, criteria_.spacing(true));
+    exploration_.sweep();
+    while (true) {
+        while (const auto e = exploration_.next()) probe(*e);
+        if (insert_worst()) continue;
+        // What follows is linear in the sample and happens a few times in a run.
+        exploration_.sweep();
+        if (exploration_.next() || explore_unrepresented() || repair_defects()) continue;
+        break;
+    }
+}
+
+void Run::probe(DirectedEdge e) {
+    const std::optional<EdgeSpan> along = state_.span(e);
+    if (!along) throw std::logic_error("Run: an edge outside the workspace is to be probed");
+    const NodeId start = state_.probe_start(e, *along);
+    tool_.go_to(start);
+    const Tool::Answer answer = tool_.probe(state_.probe_target(e, *along));
+    if (answer.contact) {
+        const NodeId contact = state_.roadmap().add(start, answer.position);
+        tool_.arrive(contact);
+        state_.learn_contact(e, start, contact, answer.touch);
+        on_contact(e);
+    } else {
+        const CellId far_cell = state_.neighbor(e);
+        const bool was_free = state_.is_free(far_cell);
+        tool_.arrive(state_.learn_clear(e, *along, start, answer.position));
+        if (!was_free) exploration_.note_free(far_cell);
+    }
+    report();
+}
+
+void Run::on_contact(DirectedEdge e) {
+    const double radius = state_.crossing(e).ball_radius;
+    if (!criteria_.is_bad(radius)) {
+        exploration_.note_crossing(e);
+    } else if (options_.strategy.refine == Strategy::Refine::eager) {
+        insert(e, Touch::Role::refinement);
+    } else {
+        const CrossingId id = state_.crossing_id(e);
+        bad_.push_back({radius, id, state_.generation_of(id)});
+        std::push_heap(bad_.begin(), bad_.end());
+        exploration_.note_crossing(e);
+    }
+}
+
+void Run::insert(DirectedEdge crossing, Touch::Role role) {
+    const Crossing& c = state_.crossing(crossing);
+    const bool repair = role == Touch::Role::repair;
+    // The ball is empty, so its radius is the distance to the nearest sample (DESIGN section 3).
+    if (c.ball_radius < criteria_.spacing(repair) || state_.sample_count() >= max_samples_) {
+        throw std::logic_error("Run: a sample would break the packing bound that termination rests on");
+    }
+    const std::uint32_t touch = c.touch;
+    const MaintainedDelaunay::Insertion insertion = state_.insert(Point(c.near), crossing.cell);
+    tool_.assign(touch, role, insertion.sample);
+    exploration_.note_insertion(insertion);
+    if (observer_.on_insertion) observer_.on_insertion(state_);
+}
+
+bool Run::insert_worst() {
+    while (!bad_.empty()) {
+        std::pop_heap(bad_.begin(), bad_.end());
+        const Bad worst = bad_.back();
+        bad_.pop_back();
+        if (const auto e = state_.edge_of(worst.id, worst.generation)) {
+            insert(*e, Touch::Role::refinement);
+            return true;
+        }
+    }
+    return false;
+}
+
+std::vector<std::uint32_t> Run::unrepresented(const RestrictedSurface& surface) const {
+    std::vector<std::uint32_t> samples;
+    std::size_t next = 0;
+    for (std::uint32_t sample = 0; sample < state_.sample_count(); ++sample) {
+        if (next < surface.sample_of.size() && surface.sample_of[next] == sample) {
+            ++next;
+        } else {
+            samples.push_back(sample);
+        }
+    }
+    return samples;
+}
+
+bool Run::explore_unrepresented() {
+    for (const std::uint32_t sample : unrepresented(extract_surface(state_))) exploration_.note_surroundings(sample);
+    return exploration_.next().has_value();
+}
+
+bool Run::repair_defects() {
+    const RestrictedSurface surface = extract_surface(state_);
+    const Topology topology = analyse_topology(surface.mesh);
+    // By crossing, not by edge: an insertion may move or remove the next one.
+    std::vector<Bad> to_refine;
+    for (const Defect& defect : topology.defects) {
+        Bad largest;
+        for (const std::uint32_t facet : defect.facets) {
+            const CrossingId id = state_.crossing_id(surface.dual_edges[facet]);
+            largest = std::max(largest, Bad{surface.ball_radii[facet], id, state_.generation_of(id)});
+        }
+        if (criteria_.may_repair(largest.ball_radius)) to_refine.push_back(largest);
+    }
+    std::sort(to_refine.rbegin(), to_refine.rend());
+    for (const Bad& ball : to_refine) {
+        if (const auto e = state_.edge_of(ball.id, ball.generation)) insert(*e, Touch::Role::repair);
+    }
+    return !to_refine.empty();
+}
+
+std::vector<BadPlace> Run::bad_places(const RestrictedSurface& surface, const Topology& topology) const {
+    std::vector<BadPlace> places;
+    for (const Defect& defect : topology.defects) {
+        constexpr std::array<const char*, 4> kWhat = {"boundary edge", "non-manifold edge", "inconsistently oriented edge", "split vertex"};
+        double largest = 0;
+        for (const std::uint32_t facet : defect.facets) largest = std::max(largest, surface.ball_radii[facet]);
+        places.push_back({(surface.mesh.points[defect.vertices[0]] + surface.mesh.points[defect.vertices[1]]) / 2,
+                          kWhat.at(static_cast<std::size_t>(defect.kind)), largest});
+    }
+    const std::string unused = "touch that no facet uses";
+    for (const std::uint32_t sample : unrepresented(surface)) {
+        places.push_back({state_.sample(sample), unused, options_.epsilon * options_.refinement_floor});
+    }
+    return places;
+}
+
+double Run::estimate_fraction() {
+    const std::vector<Touch>& touches = tool_.touches();
+    for (; touches_seen_ < touches.size(); ++touches_seen_) {
+        touched_min_ = touched_min_.cwiseMin(touches[touches_seen_].position);
+        touched_max_ = touched_max_.cwiseMax(touches[touches_seen_].position);
+    }
+    const Vector size = touched_max_ - touched_min_;
+    const double area = kAreaPerBox * 2 * (size.x() * size.y() + size.y() * size.z() + size.z() * size.x());
+    const double expected = kSamplesPerBound * lower_bound_samples(area, options_.epsilon);
+    const double fraction = expected > 0 ? static_cast<double>(state_.sample_count()) / expected : 0;
+    return fraction_done_ = std::max(fraction_done_, std::min(fraction, kAlmostDone));
+}
+
+void Run::report() {
+    if (!observer_.on_progress) return;
+    Progress progress;
+    progress.samples = state_.sample_count();
+    progress.probes = tool_.account().probes();
+    progress.worst_ball_radius = bad_.empty() ? options_.epsilon : bad_.front().ball_radius;
+    progress.epsilon = options_.epsilon;
+    progress.open_edges = exploration_.open_count();
+    progress.fraction_done = estimate_fraction();
+    observer_.on_progress(progress);
+}
+
+Result Run::result() {
+    Result result;
+    RestrictedSurface surface = extract_surface(state_);
+    result.topology = analyse_topology(surface.mesh);
+    for (const double radius : surface.ball_radii) result.max_ball_radius = std::max(result.max_ball_radius, radius);
+    Evidence evidence;
+    evidence.max_ball_radius = result.max_ball_radius;
+    evidence.components = result.topology.components;
+    evidence.seeded_components = seeded_components_;
+    evidence.unrepresented_touches = unrepresented(surface).size();
+    evidence.seeds_given = !options_.seed_rays.empty();
+    result.certificate = certify(options_, result.topology, evidence);
+    if (result.certificate.status == Certificate::Status::incomplete) result.bad_places = bad_places(surface, result.topology);
+    result.account = tool_.account();
+    result.touches = tool_.touches();
+    result.samples = state_.sample_count();
+    result.lower_bound_samples = lower_bound_samples(surface_area(surface.mesh), options_.epsilon);
+    result.lower_bound_displacement = static_cast<double>(result.samples - 1) * options_.epsilon;
+    result.mesh = std::move(surface.mesh);
+    result.ball_radii = std::move(surface.ball_radii);
+    return result;
+}
+
+}  // namespace palpate

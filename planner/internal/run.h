@@ -1,0 +1,67 @@
+// One run of the planner: state, tool, exploration and criteria wired into the loop of thesis 8.2.
+#pragma once
+
+#include <vector>
+
+#include "planner/criteria.h"
+#include "planner/internal/exploration.h"
+#include "planner/internal/maintained_delaunay.h"
+#include "planner/internal/restricted_surface.h"
+#include "planner/internal/seeding.h"
+#include "planner/internal/tool.h"
+#include "planner/prober.h"
+
+namespace palpate {
+
+class Run {
+public:
+    Run(SurfaceOracle& oracle, const Workspace& workspace, const Options& options, const Observer& observer);
+
+    // Until nothing is left to probe, refine or repair. Call once.
+    void execute();
+
+    [[nodiscard]] const MaintainedDelaunay& state() const { return state_; }
+    [[nodiscard]] Result result();
+
+private:
+    void probe(DirectedEdge e);
+    void on_contact(DirectedEdge e);
+    void insert(DirectedEdge crossing, Touch::Role role);
+    // The thesis' refinement: the centre of the largest bad ball becomes a sample. False if there is none.
+    bool insert_worst();
+    // Explores around samples that no facet of Ŝ uses: a component that was only touched, or a seed whose facet failed.
+    bool explore_unrepresented();
+    // DESIGN section 4: refines the largest ball at every defect of Ŝ. False if there is none to refine.
+    bool repair_defects();
+    [[nodiscard]] std::vector<std::uint32_t> unrepresented(const RestrictedSurface& surface) const;
+    [[nodiscard]] std::vector<BadPlace> bad_places(const RestrictedSurface& surface, const Topology& topology) const;
+    void report();
+    [[nodiscard]] double estimate_fraction();
+
+    struct Bad {
+        double ball_radius = 0.0;
+        CrossingId id = kNoCrossing;
+        std::uint32_t generation = 0;
+
+        // Largest ball first; among equals the first found.
+        friend bool operator<(const Bad& x, const Bad& y) { return x.ball_radius != y.ball_radius ? x.ball_radius < y.ball_radius : x.id > y.id; }
+    };
+
+    const Workspace& workspace_;
+    const Options& options_;
+    const Observer& observer_;
+    const Criteria criteria_;
+    MaintainedDelaunay state_;
+    Tool tool_;
+    Exploration exploration_;
+    std::vector<Bad> bad_;  // heap
+    std::vector<bool> surroundings_probed_;  // by sample
+    std::size_t seeded_components_ = 0;
+    std::size_t max_samples_ = 0;
+    Point touched_min_;
+    Point touched_max_;
+    std::size_t touches_seen_ = 0;
+    double fraction_done_ = 0.0;
+};
+
+}  // namespace palpate

@@ -1,0 +1,56 @@
+#include "planner/internal/tool.h"
+
+#include <cassert>
+#include <stdexcept>
+
+namespace palpate {
+namespace {
+
+// A start on the boundary counts as outside: fraction of ω's radius that rounding may cost.
+constexpr double kOnBoundary = 1e-9;
+
+}  // namespace
+
+Tool::Tool(SurfaceOracle& oracle, const Workspace& workspace, Roadmap& roadmap) : oracle_(oracle), roadmap_(roadmap) {
+    const Point start = oracle.position();
+    const Point entry = workspace.nearest_boundary(start);
+    const double distance = (entry - start).norm();
+    if (workspace.contains(start) && distance > kOnBoundary * workspace.radius()) {
+        throw std::invalid_argument("the tool starts inside the workspace, where no way is proven free: move it outside first");
+    }
+    at_ = roadmap_.add_on_boundary(entry);
+    if (start != entry) {
+        oracle_.travel({&entry, 1});
+        account_.travel += distance;
+    }
+}
+
+void Tool::go_to(NodeId node) {
+    if (node == at_) return;
+    const Roadmap::Path path = roadmap_.short_path(at_, node);
+    if (!path.points.empty()) oracle_.travel(path.points);
+    account_.travel += path.length;
+    at_ = node;
+}
+
+Tool::Answer Tool::probe(const Point& target, Touch::Role role) {
+    assert(at_ != kNoNode);
+    const Point from = roadmap_.at(at_);
+    const ProbeAnswer answer = oracle_.probe(target);
+    account_.probing += (answer.position - from).norm();
+    at_ = kNoNode;
+    if (answer.outcome == ProbeAnswer::Outcome::clear) {
+        ++account_.clear;
+        return {false, answer.position, 0};
+    }
+    ++account_.contact;
+    touches_.push_back({answer.position, from, role, std::nullopt});
+    return {true, answer.position, static_cast<std::uint32_t>(touches_.size() - 1)};
+}
+
+void Tool::assign(std::uint32_t touch, Touch::Role role, std::uint32_t sample) {
+    touches_[touch].role = role;
+    touches_[touch].sample = sample;
+}
+
+}  // namespace palpate

@@ -1,0 +1,46 @@
+// The tool as the planner sees it: at a node of the roadmap, with an account of all it did.
+#pragma once
+
+#include <vector>
+
+#include "planner/account.h"
+#include "planner/internal/roadmap.h"
+#include "planner/surface_oracle.h"
+#include "planner/workspace.h"
+
+namespace palpate {
+
+class Tool {
+public:
+    // Brings the tool straight to ω's boundary. Throws std::invalid_argument if it starts inside ω: nothing proves that
+    // any way from there is free. All arguments must outlive the tool.
+    Tool(SurfaceOracle& oracle, const Workspace& workspace, Roadmap& roadmap);
+
+    // Moves along proven-free segments.
+    void go_to(NodeId node);
+
+    struct Answer {
+        bool contact = false;
+        Point position = Point::Zero();
+        std::uint32_t touch = 0;  // number of the touch, with contact
+    };
+    // Probes straight from the node where the tool is. The caller makes the node where it is then, and says so: arrive().
+    Answer probe(const Point& target, Touch::Role role = Touch::Role::crossing);
+    void arrive(NodeId node) { at_ = node; }
+
+    [[nodiscard]] NodeId at() const { return at_; }
+    [[nodiscard]] const Account& account() const { return account_; }
+    [[nodiscard]] const std::vector<Touch>& touches() const { return touches_; }
+    // A touch turned out to be more than a crossing.
+    void assign(std::uint32_t touch, Touch::Role role, std::uint32_t sample);
+    void end_of_seeding() { account_.seed = account_.probes(); }
+
+private:
+    SurfaceOracle& oracle_;
+    Roadmap& roadmap_;
+    NodeId at_ = kNoNode;
+    Account account_;
+    std::vector<Touch> touches_;
+};
+
+}  // namespace palpate

@@ -1,0 +1,39 @@
+// What a caller chooses about a run: sizing, strategy, seeds (DESIGN sections 4 and 5).
+#pragma once
+
+#include <cstdint>
+#include <optional>
+#include <vector>
+
+#include "planner/geometry.h"
+
+namespace palpate {
+
+// The four independent options of DESIGN section 5. The first value of each is the thesis'.
+struct Strategy {
+    enum class Refine { exhaustive, eager };
+    enum class Explore { exhaustive, closure };
+    enum class Infer { none };
+    enum class Travel { voronoi };
+
+    Refine refine = Refine::eager;
+    Explore explore = Explore::closure;
+    Infer infer = Infer::none;
+    Travel travel = Travel::voronoi;
+
+    friend bool operator==(const Strategy&, const Strategy&) = default;
+
+    [[nodiscard]] static constexpr Strategy thesis() {
+        return {Refine::exhaustive, Explore::exhaustive, Infer::none, Travel::voronoi};
+    }
+};
+
+struct Options {
+    double epsilon = 0.0;         // mm, > 0: upper bound on the radius of every surface Delaunay ball of the result
+    std::optional<double> reach;  // mm, > 0: a lower bound on rch(S) that the user vouches for
+    Strategy strategy;
+    std::vector<Segment> seed_rays;       // one per component at least; empty: rays from the workspace towards its centre
+    double refinement_floor = 1.0 / 8.0;  // of epsilon, in (0, 1]: the extra refinement of DESIGN section 4 stops there
+};
+
+}  // namespace palpate

@@ -1,0 +1,36 @@
+// The seam between the planner and whatever answers it: a machine, a ray caster, a recording.
+#pragma once
+
+#include <span>
+
+#include "planner/geometry.h"
+
+namespace palpate {
+
+struct ProbeAnswer {
+    enum class Outcome {
+        contact,  // stopped by S
+        clear,    // target reached, nothing touched
+    };
+    Outcome outcome = Outcome::clear;
+    Point position = Point::Zero();  // the touched point of S, or the target; the tool is there now
+};
+
+// What the planner may ask (DESIGN section 1, "probe"). The oracle has one tool, which is somewhere: every call starts
+// where the last one ended. Calls throw what the answering side documents (a device fault, for instance).
+class SurfaceOracle {
+public:
+    virtual ~SurfaceOracle() = default;
+
+    // Where the tool is now.
+    [[nodiscard]] virtual Point position() const = 0;
+
+    // Moves through every point of `path` in turn, along straight lines. The planner has proven the way free, so touching
+    // anything on it is a fault of the oracle's, not an answer.
+    virtual void travel(std::span<const Point> path) = 0;
+
+    // Guarded straight move from position() towards `target`; stops at the first point of S.
+    [[nodiscard]] virtual ProbeAnswer probe(const Point& target) = 0;
+};
+
+}  // namespace palpate

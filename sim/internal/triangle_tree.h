@@ -1,0 +1,36 @@
+// Distance and line queries on a soup of triangles; nothing is asked of how they are joined.
+#pragma once
+
+#include <memory>
+#include <optional>
+#include <vector>
+
+#include "planner/geometry.h"
+
+namespace palpate {
+
+// Const queries may run at the same time on several threads.
+class TriangleTree {
+public:
+    // At least one triangle, indices in range, finite points (asserted).
+    explicit TriangleTree(const TriangleMesh& mesh);
+    ~TriangleTree();
+    TriangleTree(TriangleTree&&) noexcept;
+    TriangleTree& operator=(TriangleTree&&) noexcept;
+
+    // First point on the segment, from its source, that is on a triangle. Which triangles are met is decided exactly, so no segment slips
+    // through an edge or a vertex; where they are met is exact to rounding. A source on a triangle is itself the hit.
+    [[nodiscard]] std::optional<Point> first_hit(const Segment& segment) const;
+
+    // All points where the segment meets triangles, in order; those equal to rounding (an edge or a vertex met) are one. Of a triangle in
+    // whose plane the segment lies, only an end of the segment inside it counts: where the segment enters and leaves it, neighbours do.
+    [[nodiscard]] std::vector<Point> crossings(const Segment& segment) const;
+
+    [[nodiscard]] Point closest_point(const Point& p) const;
+
+private:
+    struct Impl;
+    std::unique_ptr<const Impl> impl_;
+};
+
+}  // namespace palpate

@@ -1,0 +1,51 @@
+#include "sim/simulated_device.h"
+
+#include <sstream>
+
+#include "devices/errors.h"
+
+namespace palpate {
+namespace {
+
+std::string text_of(const Point& p) {
+    std::ostringstream text;
+    text << "(" << p.x() << ", " << p.y() << ", " << p.z() << ") mm";
+    return text.str();
+}
+
+}  // namespace
+
+SimulatedDevice::SimulatedDevice(const HiddenObject& object, const Point& start, SimulatedDeviceOptions options)
+    : object_(object), audit_(object, options.audit), position_(start) {
+    if (!start.allFinite()) throw DeviceError("simulated probe: the start position is not finite; give three numbers in mm");
+    if (object.contains(start)) {
+        throw DeviceError("simulated probe: the start position " + text_of(start) +
+                          " is inside the hidden object; start outside its bounds");
+    }
+}
+
+MoveResult SimulatedDevice::cast(const Point& target) const {
+    const Vector way = target - position_;
+    const double length = way.norm();
+    if (length == 0.0) return {MoveResult::Outcome::reached, target};
+    const double release = kReleaseDistance * object_.scale();
+    auto hit = object_.first_hit({position_, target});
+    // The second case: a move that touched nothing may have ended on S by chance.
+    if (resting_ || (hit && (*hit - position_).norm() <= release)) {
+        const Point released = length > release ? Point(position_ + (release / length) * way) : target;
+        if (object_.contains(released)) return {MoveResult::Outcome::contact, position_};
+        hit = length > release ? object_.first_hit({released, target}) : std::nullopt;
+    }
+    return hit ? MoveResult{MoveResult::Outcome::contact, *hit} : MoveResult{MoveResult::Outcome::reached, target};
+}
+
+MoveResult SimulatedDevice::guarded_move(const Point& target) {
+    if (!target.allFinite()) throw DeviceError("simulated probe: the target of a move is not finite; give three numbers in mm");
+    MoveResult result = cast(target);
+    audit_.record({position_, result.position});
+    position_ = result.position;
+    resting_ = result.outcome == MoveResult::Outcome::contact;
+    return result;
+}
+
+}  // namespace palpate

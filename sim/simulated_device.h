@@ -1,0 +1,47 @@
+// A touch probe that moves in a world with one hidden object, at once and without error.
+#pragma once
+
+#include <cstdint>
+
+#include "devices/probe_device.h"
+#include "sim/hidden_object.h"
+#include "sim/motion_audit.h"
+
+namespace palpate {
+
+struct SimulatedDeviceOptions {
+    bool audit = true;  // check every move independently; off for benchmarks of speed
+};
+
+class SimulatedDevice final : public ProbeDevice {
+public:
+    // `object` must outlive the device. Throws DeviceError if `start` is not finite or inside the object.
+    SimulatedDevice(const HiddenObject& object, const Point& start, SimulatedDeviceOptions options = {});
+
+    // Share of the object's scale. After a contact the tool rests on S, within rounding (1e-15 of scale) before or behind it, and as a real
+    // probe does it lets go of S while it starts to move: S is not looked for in the first kReleaseDistance of a move from a contact. If
+    // the tool is inside the object then, the move goes into it, and is a contact where it started. 1e-9 is far above rounding, also of
+    // moves at a slant of 1e-5, and far below what any run resolves; a sliver of the solid thinner than this is overlooked from there.
+    static constexpr double kReleaseDistance = 1e-9;
+
+    [[nodiscard]] Point position() const override { return position_; }
+    // Throws DeviceError if `target` is not finite. A move of no length reaches its target.
+    [[nodiscard]] MoveResult guarded_move(const Point& target) override;
+    // Does nothing: moves take no time, so there is never one to end.
+    void stop() override {}
+
+    // What really happened, by an account of its own (MotionAudit).
+    [[nodiscard]] std::uint64_t moves() const { return audit_.moves(); }
+    [[nodiscard]] double distance() const { return audit_.distance(); }  // mm
+    [[nodiscard]] std::uint64_t unsafe_moves() const { return audit_.unsafe_moves(); }
+
+private:
+    [[nodiscard]] MoveResult cast(const Point& target) const;
+
+    const HiddenObject& object_;
+    MotionAudit audit_;
+    Point position_;
+    bool resting_ = false;  // on S, after a contact
+};
+
+}  // namespace palpate

@@ -1,0 +1,18 @@
+// Does a workspace suit a hidden object? Only a simulation can ask.
+#pragma once
+
+#include <optional>
+
+#include "planner/workspace.h"
+#include "sim/hidden_object.h"
+
+namespace palpate {
+
+// A ball around the object's bounds, with a twentieth of its radius to spare.
+[[nodiscard]] Workspace fitting_workspace(const HiddenObject& object);
+
+// A point of S outside ω, if one is found: none where ω contains the bounds; otherwise 50,000 points of S, uniform by
+// area, are looked at, so a tip smaller than their spacing may be missed. Same object, same answer.
+[[nodiscard]] std::optional<Point> point_outside(const HiddenObject& object, const Workspace& workspace);
+
+}  // namespace palpate

@@ -1,0 +1,241 @@
+#include "tests/config/support.h"
+
+#include <unistd.h>
+
+#include <algorithm>
+#include <bit>
+#include <cmath>
+#include <cstdlib>
+#include <fstream>
+#include <iostream>
+#include <iterator>
+#include <numbers>
+#include <stdexcept>
+#include <utility>
+
+namespace palpate::test {
+
+namespace {
+
+using Random = std::mt19937_64;
+
+bool flip(Random& random) { return (random() & 1U) != 0; }
+
+// All magnitudes, many digits or few.
+double positive(Random& random) {
+    if (flip(random)) {
+        return static_cast<double>(1 + random() % 200) / 8.0;
+    }
+    return std::exp(std::uniform_real_distribution<double>(-200.0, 200.0)(random));
+}
+
+double any(Random& random) { return flip(random) ? positive(random) : -positive(random); }
+Vector positive_vector(Random& random) { return {positive(random), positive(random), positive(random)}; }
+Vector any_vector(Random& random) { return {any(random), any(random), any(random)}; }
+
+double any_angle(Random& random) {
+    if (flip(random)) {
+        return static_cast<double>(random() % 25) * std::numbers::pi / 12.0;
+    }
+    return std::uniform_real_distribution<double>(-6.28, 6.28)(random);
+}
+
+ShapeSpec random_shape(Random& random, int depth) {
+    ShapeSpec shape;
+    switch (random() % (depth > 0 ? 7U : 6U)) {
+        case 0:
+            shape.kind = SphereSpec{positive(random)};
+            break;
+        case 1:
+            shape.kind = EllipsoidSpec{positive_vector(random)};
+            break;
+        case 2: {
+            const double major = positive(random);
+            shape.kind = TorusSpec{major, major * 0.37};
+            break;
+        }
+        case 3:
+            shape.kind = CapsuleSpec{positive(random), flip(random) ? positive(random) : 0.0};
+            break;
+        case 4: {
+            const Vector size = positive_vector(random);
+            shape.kind = RoundedBoxSpec{size, size.minCoeff() * static_cast<double>(random() % 3) / 4.0};
+            break;
+        }
+        case 5:
+            shape.kind = Genus2Spec{positive(random)};
+            break;
+        default: {
+            std::vector<ShapeSpec> parts;
+            for (std::uint64_t i = 1 + random() % 3; i > 0; --i) {
+                parts.push_back(random_shape(random, depth - 1));
+            }
+            shape.kind = std::move(parts);
+        }
+    }
+    shape.at = any_vector(random);
+    shape.rotate = {any_angle(random), any_angle(random), any_angle(random)};
+    return shape;
+}
+
+WorkspaceSpec random_workspace(Random& random) {
+    switch (random() % 3) {
+        case 0:
+            return AutoWorkspace{};
+        case 1:
+            return Ball{any_vector(random), positive(random)};
+        default: {
+            const Vector a = any_vector(random);
+            Vector b = any_vector(random);
+            b = (a.array() == b.array()).select(b.array() + 1.0, b.array());
+            return Box{a.cwiseMin(b), a.cwiseMax(b)};
+        }
+    }
+}
+
+// One flat list of everything in a config, doubles by their bits.
+class Flattener {
+public:
+    void add(std::uint64_t value) { words_.push_back(std::to_string(value)); }
+    void add(double value) { add(std::bit_cast<std::uint64_t>(value)); }
+    void add(const Vector& v) {
+        for (const double value : v) {
+            add(value);
+        }
+    }
+    void add(const SphereSpec& s) { add(s.radius); }
+    void add(const EllipsoidSpec& s) { add(s.semi_axes); }
+    void add(const TorusSpec& s) { add_all(s.major, s.minor); }
+    void add(const CapsuleSpec& s) { add_all(s.radius, s.length); }
+    void add(const RoundedBoxSpec& s) { add_all(s.size, s.fillet); }
+    void add(const Genus2Spec& s) { add(s.scale); }
+    void add(const std::vector<ShapeSpec>& parts) {
+        add(std::uint64_t{parts.size()});
+        std::for_each(parts.begin(), parts.end(), [this](const ShapeSpec& part) { add(part); });
+    }
+    void add(const ShapeSpec& s) {
+        add(s.kind);
+        add_all(s.at, s.rotate);
+    }
+    void add(const MeshSpec& s) {
+        words_.push_back(s.file.string());
+        add(s.scale);
+    }
+    void add(const AutoWorkspace&) {}
+    void add(const Ball& b) { add_all(b.center, b.radius); }
+    void add(const Box& b) { add_all(b.min, b.max); }
+    template <class... Kinds>
+    void add(const std::variant<Kinds...>& value) {
+        add(std::uint64_t{value.index()});
+        std::visit([this](const auto& kind) { add(kind); }, value);
+    }
+    void add(const Options& o) {
+        add_all(o.epsilon, std::uint64_t{o.reach.has_value()}, o.reach.value_or(0.0), o.refinement_floor);
+        for (const int word : {static_cast<int>(o.strategy.refine), static_cast<int>(o.strategy.explore),
+                               static_cast<int>(o.strategy.infer), static_cast<int>(o.strategy.travel)}) {
+            add(static_cast<std::uint64_t>(word));
+        }
+        add(std::uint64_t{o.seed_rays.size()});
+        for (const Segment& ray : o.seed_rays) {
+            add_all(ray.source, ray.target);
+        }
+    }
+    template <class... Values>
+    void add_all(const Values&... values) {
+        (add(values), ...);
+    }
+    [[nodiscard]] const std::vector<std::string>& words() const { return words_; }
+
+private:
+    std::vector<std::string> words_;
+};
+
+std::vector<std::string> flatten(const SessionConfig& config) {
+    Flattener flat;
+    flat.add(std::uint64_t{config.object.has_value()});
+    if (config.object) {
+        flat.add(*config.object);
+    }
+    flat.add_all(config.workspace, config.probing, config.random_seed);
+    return flat.words();
+}
+
+}  // namespace
+
+TemporaryFolder::TemporaryFolder() {
+    std::string name = (std::filesystem::temp_directory_path() / "palpate-XXXXXX").string();
+    if (::mkdtemp(name.data()) == nullptr) {
+        throw std::runtime_error("cannot make a temporary folder " + name);
+    }
+    path_ = std::filesystem::canonical(name);
+}
+
+TemporaryFolder::~TemporaryFolder() {
+    std::error_code ignored;  // a leftover in /tmp is no reason to fail
+    std::filesystem::remove_all(path_, ignored);
+}
+
+std::filesystem::path TemporaryFolder::write(const std::string& name, const std::string& text) const {
+    const std::filesystem::path file = path_ / name;
+    std::ofstream stream(file, std::ios::binary);
+    stream << text;
+    stream.close();
+    if (!stream) {
+        throw std::runtime_error("cannot write " + file.string());
+    }
+    return file;
+}
+
+std::vector<std::filesystem::path> example_files() {
+    const std::filesystem::directory_iterator folder(std::filesystem::path(PALPATE_CONFIG_DIR) / "examples");
+    std::vector<std::filesystem::path> files(begin(folder), end(folder));
+    std::sort(files.begin(), files.end());
+    return files;
+}
+
+std::string contents(const std::filesystem::path& file) {
+    std::ifstream stream(file, std::ios::binary);
+    if (!stream) {
+        throw std::runtime_error("cannot read " + file.string());
+    }
+    return {std::istreambuf_iterator<char>(stream), std::istreambuf_iterator<char>()};
+}
+
+std::uint64_t logged_seed() {
+    const char* given = std::getenv("PALPATE_TEST_SEED");
+    const std::uint64_t seed = given != nullptr ? std::stoull(given) : std::random_device{}();
+    std::cout << "PALPATE_TEST_SEED=" << seed << '\n';
+    return seed;
+}
+
+SessionConfig random_config(std::mt19937_64& random) {
+    SessionConfig config;
+    switch (random() % 4) {
+        case 0:
+            break;
+        case 1:
+            config.object = MeshSpec{"/no such folder/a \"quoted\" \\ name: {é} #" + std::to_string(random()) + "\t.off", positive(random)};
+            break;
+        default:
+            config.object = random_shape(random, 3);
+    }
+    config.workspace = random_workspace(random);
+    Options& probing = config.probing;
+    probing.epsilon = positive(random);
+    if (flip(random)) {
+        probing.reach = positive(random);
+    }
+    probing.strategy.refine = flip(random) ? Strategy::Refine::eager : Strategy::Refine::exhaustive;
+    probing.strategy.explore = flip(random) ? Strategy::Explore::closure : Strategy::Explore::exhaustive;
+    for (std::uint64_t i = random() % 3; i > 0; --i) {
+        probing.seed_rays.push_back({any_vector(random), any_vector(random)});
+        probing.seed_rays.back().target.x() = probing.seed_rays.back().source.x() + 1e100;
+    }
+    probing.refinement_floor = std::uniform_real_distribution<double>(1e-9, 1.0)(random);
+    config.random_seed = random();
+    return config;
+}
+
+bool identical(const SessionConfig& a, const SessionConfig& b) { return flatten(a) == flatten(b); }
+
+}  // namespace palpate::test

@@ -1,0 +1,47 @@
+#include <cstring>
+
+#include "subjects.h"
+
+namespace palpate {
+namespace {
+
+TEST(Determinism, SameTouchesByteForByte) {
+    for (const Strategy& strategy : all_strategies()) {
+        SCOPED_TRACE(strategy_name(strategy));
+        const FinishedRun first(subject("torus"), 0.12, strategy);
+        // Something else in between, so that memory is laid out differently.
+        const auto clutter = std::make_unique<FinishedRun>(subject("genus2"), 0.2, strategy);
+        const FinishedRun second(subject("torus"), 0.12, strategy);
+        ASSERT_EQ(first.result().touches.size(), second.result().touches.size());
+        for (std::size_t k = 0; k < first.result().touches.size(); ++k) {
+            const Touch& a = first.result().touches[k];
+            const Touch& b = second.result().touches[k];
+            ASSERT_EQ(std::memcmp(a.position.data(), b.position.data(), sizeof(double) * 3), 0) << "touch " << k;
+            ASSERT_EQ(std::memcmp(a.from.data(), b.from.data(), sizeof(double) * 3), 0) << "touch " << k;
+            ASSERT_EQ(a.sample, b.sample);
+        }
+        EXPECT_EQ(first.result().account.displacement(), second.result().account.displacement());
+        EXPECT_EQ(first.result().mesh.triangles, second.result().mesh.triangles);
+    }
+}
+
+TEST(Determinism, WatchingChangesNothing) {
+    Observer observer;
+    std::size_t reports = 0;
+    double last_fraction = 0;
+    bool falling = false;
+    observer.on_progress = [&](const Progress& p) {
+        ++reports;
+        falling |= p.fraction_done < last_fraction || p.fraction_done > 1;
+        last_fraction = p.fraction_done;
+    };
+    const FinishedRun watched(subject("torus"), 0.12, Strategy{}, observer);
+    const FinishedRun alone(subject("torus"), 0.12, Strategy{});
+    EXPECT_FALSE(falling);
+    EXPECT_GT(last_fraction, 0.5);
+    EXPECT_EQ(reports + watched.result().account.seed, watched.result().account.probes());
+    EXPECT_EQ(watched.result().account.displacement(), alone.result().account.displacement());
+}
+
+}  // namespace
+}  // namespace palpate

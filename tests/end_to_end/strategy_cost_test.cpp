@@ -1,0 +1,16 @@
+// What the default strategy is for.
+#include "subjects.h"
+
+namespace palpate {
+namespace {
+
+TEST(StrategyCost, EagerClosureNeedsHalfTheProbesOfTheThesisOnATorus) {
+    const FinishedRun thesis(subject("torus"), 0.05, Strategy::thesis());
+    const FinishedRun eager(subject("torus"), 0.05, Strategy{});
+    EXPECT_LE(static_cast<double>(eager.result().account.probes()), 0.5 * static_cast<double>(thesis.result().account.probes()));
+    expect_right_result(thesis);
+    expect_right_result(eager);
+}
+
+}  // namespace
+}  // namespace palpate

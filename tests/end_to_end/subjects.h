@@ -1,0 +1,63 @@
+// Objects with a known truth, and what any finished run on them must show.
+#pragma once
+
+#include <gtest/gtest.h>
+
+#include <memory>
+#include <string>
+#include <vector>
+
+#include "planner/internal/run.h"
+#include "sim/hidden_object.h"
+#include "sim/simulated_device.h"
+
+namespace palpate {
+
+struct Subject {
+    std::string name;
+    ObjectSpec object;
+    Workspace workspace;
+    std::vector<double> epsilons;      // mm
+    std::vector<Segment> seed_rays;    // empty: the default seeds
+};
+
+// sphere, ellipsoid, torus, genus2, rounded_box, two_components, bunny: each at two epsilons.
+const std::vector<Subject>& subjects();
+const Subject& subject(const std::string& name);
+
+// A finished run with everything that it ran on.
+class FinishedRun {
+public:
+    FinishedRun(const Subject& subject, double epsilon, const Strategy& strategy, const Observer& observer = {});
+
+    const HiddenObject& object() const { return *object_; }
+    const SimulatedDevice& device() const { return *device_; }
+    const MaintainedDelaunay& state() const { return run_->state(); }
+    const Options& options() const { return options_; }
+    const Result& result() const { return result_; }
+
+private:
+    // The run keeps references: all stay where they are.
+    std::unique_ptr<HiddenObject> object_;
+    Workspace workspace_;
+    Options options_;
+    Observer observer_;
+    std::unique_ptr<SimulatedDevice> device_;
+    std::unique_ptr<SurfaceOracle> oracle_;
+    std::unique_ptr<Run> run_;
+    Result result_;
+};
+
+// Topology equal to the truth, an oriented closed manifold, balls within epsilon, 0 unsafe moves, and the planner's account
+// of motion equal to the device's own.
+void expect_right_result(const FinishedRun& run);
+// Samples pairwise farther than epsilon apart, seed facets and repairs aside. Quadratic in a grid cell.
+void expect_sparse(const FinishedRun& run);
+// Every record of an edge at a free vertex against the full list of crossings from the ray caster.
+void expect_true_records(const FinishedRun& run);
+
+std::string strategy_name(const Strategy& strategy);
+// The four combinations of refine and explore.
+std::vector<Strategy> all_strategies();
+
+}  // namespace palpate

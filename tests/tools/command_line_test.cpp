@@ -1,0 +1,184 @@
+// The program itself, as a user runs it.
+#include <gmock/gmock.h>
+#include <gtest/gtest.h>
+#include <sys/wait.h>
+
+#include <cstdio>
+#include <filesystem>
+#include <fstream>
+#include <nlohmann/json.hpp>
+#include <sstream>
+
+namespace palpate {
+namespace {
+
+namespace fs = std::filesystem;
+using ::testing::HasSubstr;
+
+class CommandLine : public ::testing::Test {
+protected:
+    CommandLine() {
+        std::string name = (fs::temp_directory_path() / "palpate_test_XXXXXX").string();
+        folder_ = mkdtemp(name.data());
+    }
+    ~CommandLine() override { fs::remove_all(folder_); }
+
+    struct Outcome {
+        int exit_code = -1;
+        std::string out;
+        std::string err;
+    };
+    Outcome palpate(const std::string& words) {
+        const std::string command = "cd '" + folder_.string() + "' && '" PALPATE_EXECUTABLE "' " + words + " >out.txt 2>err.txt </dev/null";
+        const int status = std::system(command.c_str());
+        return {WIFEXITED(status) ? WEXITSTATUS(status) : -1, read("out.txt"), read("err.txt")};
+    }
+    std::string read(const std::string& file) const {
+        std::ifstream in(folder_ / file, std::ios::binary);
+        return {std::istreambuf_iterator<char>(in), std::istreambuf_iterator<char>()};
+    }
+    void write(const std::string& file, const std::string& content) const { std::ofstream(folder_ / file) << content; }
+    void write_torus(double epsilon = 0.2) const {
+        write("torus.yaml", "object: {shape: {torus: {major: 1, minor: 0.4}}}\nworkspace: auto\nprobing: {epsilon: " + std::to_string(epsilon) + "}\n");
+    }
+
+    fs::path folder_;
+};
+
+TEST_F(CommandLine, HelpShowsExamplesAndExitCodes) {
+    const Outcome help = palpate("--help");
+    EXPECT_EQ(help.exit_code, 0);
+    EXPECT_THAT(help.out, HasSubstr("palpate simulate config/examples/bunny.yaml"));
+    EXPECT_THAT(help.out, HasSubstr("4 incomplete result"));
+    for (const std::string command : {"simulate", "check", "bench"}) {
+        EXPECT_THAT(palpate(command + " --help").out, HasSubstr("Example: palpate " + command));
+    }
+}
+
+TEST_F(CommandLine, BadUsageIsExitCode2) {
+    for (const std::string words : {"", "nonsense", "simulate", "simulate x.yaml", "check", "check a b", "bench", "simulate a -o b --up w"}) {
+        const Outcome outcome = palpate(words);
+        EXPECT_EQ(outcome.exit_code, 2) << words;
+        EXPECT_NE(outcome.err, "") << words;
+    }
+    write_torus();
+    EXPECT_EQ(palpate("bench torus.yaml --strategy clever").exit_code, 2);
+}
+
+TEST_F(CommandLine, SimulateLeavesACompleteSession) {
+    write_torus();
+    const Outcome outcome = palpate("simulate torus.yaml -o session");
+    ASSERT_EQ(outcome.exit_code, 0) << outcome.err;
+    EXPECT_THAT(outcome.out, HasSubstr("certificate    conditional"));
+    EXPECT_THAT(outcome.err, ::testing::Not(HasSubstr("\r"))) << "no rewriting of lines in a pipe";
+    for (const char* file : {"config.yaml", "mesh.ply", "touches.csv", "summary.json", "picture.png"}) {
+        EXPECT_TRUE(fs::file_size(folder_ / "session" / file) > 0) << file;
+    }
+    const auto summary = nlohmann::json::parse(read("session/summary.json"));
+    EXPECT_EQ(summary.at("euler_characteristic"), 0);
+    EXPECT_EQ(summary.at("components"), 1);
+    EXPECT_EQ(summary.at("truth").at("unsafe_moves"), 0);
+    EXPECT_EQ(summary.at("probes").at("total"), summary.at("probes").at("contact").get<int>() + summary.at("probes").at("clear").get<int>());
+    EXPECT_NEAR(summary.at("displacement").at("total").get<double>(), summary.at("truth").at("distance").get<double>(), 1e-6);
+    // The folder describes itself: its own configuration gives the same touches, byte for byte.
+    ASSERT_EQ(palpate("simulate session/config.yaml -o again").exit_code, 0);
+    EXPECT_EQ(read("session/touches.csv"), read("again/touches.csv"));
+    EXPECT_EQ(read("session/mesh.ply"), read("again/mesh.ply"));
+}
+
+TEST_F(CommandLine, SummaryKeepsItsContract) {
+    write_torus(0.3);
+    ASSERT_EQ(palpate("simulate torus.yaml -o s").exit_code, 0);
+    const auto summary = nlohmann::json::parse(read("s/summary.json"));
+    const auto contract = nlohmann::json::parse(R"({"schema": 1, "samples": 0, "facets": 0, "components": 0, "euler_characteristic": 0,
+        "boundary_edges": 0, "nonmanifold_edges": 0, "epsilon": 0.0, "max_ball_radius": 0.0,
+        "probes": {"total": 0, "contact": 0, "clear": 0, "inferred_contact": 0, "inferred_clear": 0, "seed": 0},
+        "displacement": {"total": 0.0, "travel": 0.0, "probing": 0.0}, "lower_bounds": {"samples": 0, "displacement": 0.0},
+        "certificate": {"status": "", "premises": [{"name": "", "state": "", "detail": ""}]},
+        "time": {"planner": 0.0, "oracle": 0.0, "machine_estimate": 0.0},
+        "truth": {"hausdorff": 0.0, "mean_distance": 0.0, "euler_characteristic": 0, "wrong_inferences": 0, "unsafe_moves": 0}})");
+    const auto flat = contract.flatten();
+    for (const auto& [pointer, value] : flat.items()) {
+        const nlohmann::json::json_pointer key(pointer);
+        ASSERT_TRUE(summary.contains(key)) << pointer;
+        EXPECT_EQ(summary.at(key).is_string(), value.is_string()) << pointer;
+        EXPECT_EQ(summary.at(key).is_number_float(), value.is_number_float()) << pointer;
+    }
+    EXPECT_EQ(summary.at("schema"), 1);
+}
+
+TEST_F(CommandLine, ASessionIsNotOverwrittenUnlessForced) {
+    write_torus(0.3);
+    ASSERT_EQ(palpate("simulate torus.yaml -o s").exit_code, 0);
+    const std::string before = read("s/summary.json");
+    const Outcome refused = palpate("simulate torus.yaml -o s");
+    EXPECT_EQ(refused.exit_code, 2);
+    EXPECT_THAT(refused.err, HasSubstr("--force"));
+    EXPECT_EQ(read("s/summary.json"), before);
+    EXPECT_EQ(palpate("simulate torus.yaml -o s --force --set probing.epsilon=0.25").exit_code, 0);
+    EXPECT_NE(read("s/summary.json"), before);
+}
+
+TEST_F(CommandLine, MistakesAreSaidOnce) {
+    const auto expect = [&](const std::string& config, const std::string& message) {
+        write("bad.yaml", config);
+        const Outcome outcome = palpate("simulate bad.yaml -o nowhere");
+        EXPECT_EQ(outcome.exit_code, 2) << config;
+        EXPECT_THAT(outcome.err, HasSubstr(message)) << config;
+        EXPECT_FALSE(fs::exists(folder_ / "nowhere")) << config;
+    };
+    expect("object: {shape: {sphere: {radius: 1}}}\nprobing: {epsilon: -1}\n", "bad.yaml:2: probing.epsilon");
+    expect("object: {mesh: missing.off}\nprobing: {epsilon: 1}\n", "missing.off");
+    expect("probing: {epsilon: 1}\n", "object: missing");
+    expect("object: {shape: {sphere: {radius: 1}}}\nworkspace: {ball: {center: [0, 0, 0], radius: 0.9}}\nprobing: {epsilon: 0.1}\n",
+           "workspace: the object is not inside it");
+    const Outcome missed = palpate("check missing.yaml");
+    EXPECT_EQ(missed.exit_code, 2);
+    EXPECT_THAT(missed.err, HasSubstr("missing.yaml"));
+}
+
+TEST_F(CommandLine, AnObjectThatNoSeedTouchesSaysWhatToGive) {
+    write("far.yaml",
+          "object: {shape: {sphere: {radius: 0.001}, at: [5, 5, 5]}}\nworkspace: {ball: {center: [0, 0, 0], radius: 10}}\nprobing: {epsilon: 0.0002}\n");
+    const Outcome outcome = palpate("simulate far.yaml -o s");
+    EXPECT_EQ(outcome.exit_code, 2);
+    EXPECT_THAT(outcome.err, HasSubstr("seed_rays"));
+    EXPECT_EQ(palpate("simulate far.yaml -o t --set 'probing.seed_rays=[{from: [5, 5, 9], to: [5, 5, 5]}]'").exit_code, 0);
+}
+
+TEST_F(CommandLine, BenchComparesStrategies) {
+    write_torus();
+    const Outcome outcome = palpate("bench torus.yaml --strategy thesis,default,eager+exhaustive -o cmp");
+    ASSERT_EQ(outcome.exit_code, 0) << outcome.err;
+    EXPECT_THAT(outcome.out, HasSubstr("| thesis"));
+    EXPECT_THAT(outcome.out, HasSubstr("| eager+closure"));
+    const auto rows = nlohmann::json::parse(read("cmp.json"));
+    ASSERT_EQ(rows.size(), 3U);
+    EXPECT_LT(rows[1].at("probes").get<int>(), rows[0].at("probes").get<int>());
+    std::istringstream csv(read("cmp.csv"));
+    std::string line;
+    std::size_t lines = 0;
+    while (std::getline(csv, line)) {
+        ++lines;
+        EXPECT_EQ(std::count(line.begin(), line.end(), ',') + 1U, rows[0].size());
+    }
+    EXPECT_EQ(lines, 4U);
+}
+
+TEST_F(CommandLine, CheckMovesNothingAndSaysWhatIsNeeded) {
+    write_torus(0.1);
+    const Outcome outcome = palpate("check torus.yaml");
+    EXPECT_EQ(outcome.exit_code, 0);
+    EXPECT_THAT(outcome.out, HasSubstr("needs a reach of at least 0.625 mm"));
+}
+
+TEST_F(CommandLine, AFolderThatCannotBeWrittenIsSaidBeforeTheRun) {
+    write_torus();
+    write("file", "in the way");
+    const Outcome outcome = palpate("simulate torus.yaml -o file/session");
+    EXPECT_EQ(outcome.exit_code, 2);
+    EXPECT_THAT(outcome.err, HasSubstr("file/session"));
+}
+
+}  // namespace
+}  // namespace palpate

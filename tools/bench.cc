@@ -1,0 +1,110 @@
+#include "tools/bench.h"
+
+#include <algorithm>
+#include <array>
+#include <cstdio>
+#include <nlohmann/json.hpp>
+
+#include "config/strategy_names.h"
+#include "tools/session_files.h"
+
+namespace palpate {
+namespace {
+
+using Json = nlohmann::ordered_json;
+
+Json to_json(const BenchRow& row) {
+    const Result& r = row.run.result;
+    return {{"config", row.config},
+            {"strategy", to_string(row.strategy)},
+            {"epsilon", row.epsilon},
+            {"samples", r.samples},
+            {"samples_per_bound", static_cast<double>(r.samples) / r.lower_bound_samples},
+            {"probes", r.account.probes()},
+            {"probes_per_sample", static_cast<double>(r.account.probes()) / static_cast<double>(r.samples)},
+            {"displacement", r.account.displacement()},
+            {"displacement_per_bound", r.account.displacement() / r.lower_bound_displacement},
+            {"euler_characteristic", r.topology.euler_characteristic},
+            {"components", r.topology.components},
+            {"nonmanifold_edges", r.topology.nonmanifold_edges},
+            {"hausdorff", row.run.truth.hausdorff},
+            {"status", to_string(r.certificate.status)},
+            {"unsafe_moves", row.run.unsafe_moves},
+            {"planner_seconds", row.run.planner_seconds},
+            {"oracle_seconds", row.run.oracle_seconds}};
+}
+
+Json to_json(const std::vector<BenchRow>& rows) {
+    Json json = Json::array();
+    for (const BenchRow& row : rows) json.push_back(to_json(row));
+    return json;
+}
+
+// For reading: few digits. The CSV and the JSON have all of them.
+std::string short_text(const Json& value) {
+    if (value.is_string()) return value.get<std::string>();
+    if (!value.is_number_float()) return value.dump();
+    std::array<char, 32> text{};
+    std::snprintf(text.data(), text.size(), "%.4g", value.get<double>());
+    return text.data();
+}
+
+std::string csv_field(const Json& value) {
+    if (!value.is_string()) return value.dump();
+    std::string text = value.get<std::string>();
+    if (text.find_first_of(",\"\n") == std::string::npos) return text;
+    for (std::size_t k = 0; (k = text.find('"', k)) != std::string::npos; k += 2) text.insert(k, 1, '"');
+    return '"' + text + '"';
+}
+
+}  // namespace
+
+std::string bench_json(const std::vector<BenchRow>& rows) { return to_json(rows).dump(2) + '\n'; }
+
+std::string bench_csv(const std::vector<BenchRow>& rows) {
+    std::string text;
+    for (const Json& row : to_json(rows)) {
+        std::string names;
+        std::string values;
+        for (const auto& [name, value] : row.items()) {
+            names += (names.empty() ? "" : ",") + name;
+            values += (values.empty() ? "" : ",") + csv_field(value);
+        }
+        if (text.empty()) text = names + '\n';
+        text += values + '\n';
+    }
+    return text;
+}
+
+std::string bench_table(const std::vector<BenchRow>& rows) {
+    std::vector<std::vector<std::string>> lines;
+    for (const Json& row : to_json(rows)) {
+        std::vector<std::string> names;
+        std::vector<std::string> values;
+        for (const auto& [name, value] : row.items()) {
+            names.push_back(name);
+            values.push_back(short_text(value));
+        }
+        if (lines.empty()) lines.push_back(names);
+        lines.push_back(values);
+    }
+    // Markdown, so that a table can be pasted into a document as it is.
+    std::string text;
+    for (std::size_t line = 0; line < lines.size(); ++line) {
+        std::string rule = "|";
+        text += '|';
+        for (std::size_t column = 0; column < lines[line].size(); ++column) {
+            std::size_t width = 0;
+            for (const auto& other : lines) width = std::max(width, other[column].size());
+            const bool words = column < 2;
+            const std::string padding(width - lines[line][column].size(), ' ');
+            text += words ? ' ' + lines[line][column] + padding + " |" : ' ' + padding + lines[line][column] + " |";
+            rule += words ? std::string(width + 2, '-') + '|' : std::string(width + 1, '-') + ":|";
+        }
+        text += '\n';
+        if (line == 0) text += rule + '\n';
+    }
+    return text;
+}
+
+}  // namespace palpate

@@ -1,0 +1,178 @@
+#include "tools/commands.h"
+
+#include <spdlog/sinks/stdout_color_sinks.h>
+#include <spdlog/spdlog.h>
+#include <unistd.h>
+
+#include <cmath>
+#include <iostream>
+#include <array>
+
+#include "config/config_error.h"
+#include "config/reader.h"
+#include "config/strategy_names.h"
+#include "config/writer.h"
+#include "devices/errors.h"
+#include "planner/errors.h"
+#include "sim/errors.h"
+#include "tools/bench.h"
+#include "tools/picture.h"
+#include "tools/progress_display.h"
+#include "tools/session_files.h"
+#include "tools/simulation.h"
+
+namespace palpate {
+namespace {
+
+void print_warnings(const HiddenObject& object) {
+    for (const std::string& warning : object.warnings()) spdlog::warn("{}", warning);
+}
+
+// Runs with a progress line on standard error.
+Simulation simulate_with_progress(const SessionConfig& config, const Scene& scene) {
+    ProgressDisplay display(std::cerr, DisplayTraits::of(STDERR_FILENO));
+    Progress last;
+    Simulation run = simulate(config, scene, [&](const Progress& progress) {
+        last = progress;
+        display.update(progress);
+    });
+    last.samples = run.result.samples;
+    last.probes = run.result.account.probes();
+    last.worst_ball_radius = run.result.max_ball_radius;
+    last.open_edges = run.result.topology.boundary_edges;
+    last.fraction_done = 1.0;
+    display.finish(last);
+    return run;
+}
+
+PictureOptions picture_options(char up) {
+    PictureOptions options;
+    if (up == 'y') {
+        options.up = Vector::UnitY();
+        options.view_direction = {-0.5, 0.35, 1.0};
+    } else if (up == 'x') {
+        options.up = Vector::UnitX();
+        options.view_direction = {1.0, 1.0, -1.8};
+    }
+    return options;
+}
+
+void print_result(const Simulation& run, const SessionConfig& config, std::ostream& out) {
+    const Result& r = run.result;
+    const Account& a = r.account;
+    out << "samples        " << r.samples << " (" << static_cast<double>(r.samples) / r.lower_bound_samples << " x the hexagonal bound)\n"
+        << "probes         " << a.probes() << " (" << static_cast<double>(a.probes()) / static_cast<double>(r.samples) << " per sample): "
+        << a.contact << " contacts, " << a.clear << " clear\n"
+        << "displacement   " << a.displacement() << " mm (" << r.account.displacement() / r.lower_bound_displacement
+        << " x the bound): " << a.travel << " travel, " << a.probing << " probing\n"
+        << "mesh           " << r.topology.facets << " facets, " << r.topology.components << " component(s), Euler characteristic "
+        << r.topology.euler_characteristic << ", " << r.topology.boundary_edges << " boundary and " << r.topology.nonmanifold_edges
+        << " non-manifold edges, largest ball " << r.max_ball_radius << " mm (epsilon " << config.probing.epsilon << ")\n"
+        << "truth          Euler characteristic " << run.truth.euler_characteristic << ", " << run.truth.components
+        << " component(s), Hausdorff distance " << run.truth.hausdorff << " mm, " << run.unsafe_moves << " unsafe moves\n"
+        << "certificate    " << to_string(r.certificate.status) << ": " << r.certificate.statement << '\n';
+    for (const Premise& premise : r.certificate.premises) {
+        constexpr std::array<const char*, 4> kStates = {"checked", "assumed", "refuted", "missing"};
+        out << "  " << kStates.at(static_cast<std::size_t>(premise.state)) << "  " << premise.name << " - " << premise.detail << '\n';
+    }
+    constexpr std::size_t kShown = 10;
+    for (std::size_t k = 0; k < r.bad_places.size() && k < kShown; ++k) {
+        const BadPlace& place = r.bad_places[k];
+        out << "  bad place    " << place.what << " at (" << place.position.transpose() << "): needs an epsilon below " << place.epsilon_needed << " mm\n";
+    }
+    if (r.bad_places.size() > kShown) out << "  and " << r.bad_places.size() - kShown << " more bad places, see summary.json\n";
+}
+
+}  // namespace
+
+ExitCode run(const SimulateCommand& command, std::ostream& out) {
+    const SessionConfig config = read_config(command.config, command.overrides);
+    const Scene scene = build_scene(config);
+    print_warnings(scene.object);
+    prepare_session_folder(command.folder, command.force);
+    write_file(command.folder / "config.yaml", write_config(config));
+    const Simulation run = simulate_with_progress(config, scene);
+    write_file(command.folder / "mesh.ply", to_ply(run.result.mesh));
+    write_file(command.folder / "touches.csv", to_csv(run.result.touches));
+    write_file(command.folder / "summary.json", to_json(run, config.probing.epsilon));
+    if (!run.result.mesh.triangles.empty()) {
+        std::vector<Point> touches;
+        for (const Touch& touch : run.result.touches) {
+            if (touch.sample) touches.push_back(touch.position);
+        }
+        write_picture(command.folder / "picture.png", run.result.mesh, touches, picture_options(command.up));
+    }
+    print_result(run, config, out);
+    out << "written to     " << command.folder.string() << ": config.yaml, mesh.ply, touches.csv, summary.json, picture.png\n";
+    return run.result.certificate.status == Certificate::Status::incomplete ? ExitCode::incomplete : ExitCode::done;
+}
+
+ExitCode run(const CheckCommand& command, std::ostream& out) {
+    const SessionConfig config = read_config(command.config, command.overrides);
+    const Scene scene = build_scene(config);
+    print_warnings(scene.object);
+    const Bounds& bounds = scene.object.bounds();
+    const Options& probing = config.probing;
+    out << "object         (" << bounds.min.transpose() << ") to (" << bounds.max.transpose() << ") mm, " << scene.object.components()
+        << " component(s), Euler characteristic " << scene.object.euler_characteristic() << '\n'
+        << "reach          " << (scene.object.reach() ? std::to_string(*scene.object.reach()) + " mm" : std::string("not known")) << '\n'
+        << "workspace      around (" << scene.workspace.center().transpose() << "), radius " << scene.workspace.radius() << " mm; contains the object\n"
+        << "epsilon        " << probing.epsilon << " mm; a guarantee of topology needs a reach of at least "
+        << probing.epsilon / kMaxEpsilonPerReach << " mm, " << (probing.reach ? "given: " + std::to_string(*probing.reach) + " mm" : "none given") << '\n'
+        << "strategy       " << to_string(probing.strategy) << '\n'
+        << "seeds          " << (probing.seed_rays.empty() ? "rays towards the centre of the workspace" : std::to_string(probing.seed_rays.size()) + " seed ray(s)")
+        << "\nthe configuration is good\n";
+    return ExitCode::done;
+}
+
+ExitCode run(const BenchCommand& command, std::ostream& out) {
+    std::vector<Strategy> strategies;
+    for (const std::string& name : command.strategies) strategies.push_back(parse_strategy(name));
+    std::vector<BenchRow> rows;
+    bool incomplete = false;
+    for (const auto& file : command.configs) {
+        SessionConfig config = read_config(file, command.overrides);
+        const Scene scene = build_scene(config);
+        print_warnings(scene.object);
+        for (const Strategy& strategy : strategies) {
+            config.probing.strategy = strategy;
+            rows.push_back({file.stem().string(), strategy, config.probing.epsilon, simulate_with_progress(config, scene)});
+            incomplete |= rows.back().run.result.certificate.status == Certificate::Status::incomplete;
+        }
+    }
+    out << bench_table(rows);
+    write_file(command.output.string() + ".csv", bench_csv(rows));
+    write_file(command.output.string() + ".json", bench_json(rows));
+    return incomplete ? ExitCode::incomplete : ExitCode::done;
+}
+
+ExitCode explain_current_exception() {
+    const auto say = [](const std::exception& error, ExitCode code) {
+        std::cerr << "palpate: " << error.what() << '\n';
+        return code;
+    };
+    try {
+        throw;
+    } catch (const ConfigError& error) {
+        return say(error, ExitCode::usage);
+    } catch (const ObjectError& error) {
+        return say(error, ExitCode::usage);
+    } catch (const SetupError& error) {
+        return say(error, ExitCode::usage);
+    } catch (const OutputError& error) {
+        return say(error, ExitCode::usage);
+    } catch (const SeedError& error) {
+        return say(error, ExitCode::usage);
+    } catch (const std::invalid_argument& error) {
+        return say(error, ExitCode::usage);
+    } catch (const DeviceError& error) {
+        return say(error, ExitCode::device);
+    } catch (const ContradictionError& error) {
+        return say(error, ExitCode::device);
+    } catch (const std::exception& error) {
+        std::cerr << "palpate: internal error: " << error.what() << "\nThis is a bug; please report it with the configuration that shows it.\n";
+        return ExitCode::internal;
+    }
+}
+
+}  // namespace palpate

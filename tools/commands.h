@@ -1,0 +1,47 @@
+// What each subcommand of `palpate` does, once its words are understood. Exit codes are those of DESIGN section 9.
+#pragma once
+
+#include <filesystem>
+#include <iosfwd>
+#include <string>
+#include <vector>
+
+namespace palpate {
+
+// Stable, for scripts.
+enum class ExitCode : int {
+    done = 0,          // certified, or certified as far as assumed
+    internal = 1,      // a bug of ours
+    usage = 2,         // bad usage, configuration, object or folder
+    device = 3,        // device fault, resumable
+    incomplete = 4,    // the result does not fulfil what it has to
+};
+
+struct SimulateCommand {
+    std::filesystem::path config;
+    std::filesystem::path folder;
+    std::vector<std::string> overrides;
+    bool force = false;
+    char up = 'z';  // of the picture
+};
+struct CheckCommand {
+    std::filesystem::path config;
+    std::vector<std::string> overrides;
+};
+struct BenchCommand {
+    std::vector<std::filesystem::path> configs;
+    std::vector<std::string> strategies;
+    std::filesystem::path output;  // without extension
+    std::vector<std::string> overrides;
+};
+
+// Results go to `out`, progress and warnings to standard error. They throw what the parts throw; see exit_code_of.
+ExitCode run(const SimulateCommand& command, std::ostream& out);
+ExitCode run(const CheckCommand& command, std::ostream& out);
+ExitCode run(const BenchCommand& command, std::ostream& out);
+
+// Says on standard error what the exception in flight means, in one message, and gives the exit code for it. REQUIRES:
+// called in a catch block.
+ExitCode explain_current_exception();
+
+}  // namespace palpate

@@ -1,0 +1,180 @@
+#include "tools/session_files.h"
+
+#include <algorithm>
+#include <array>
+#include <charconv>
+#include <cmath>
+#include <fstream>
+#include <nlohmann/json.hpp>
+#include <system_error>
+
+#include "devices/machine_time.h"
+
+namespace palpate {
+namespace {
+
+using Json = nlohmann::ordered_json;
+namespace fs = std::filesystem;
+
+constexpr std::array<const char*, 5> kSessionFiles = {"config.yaml", "mesh.ply", "touches.csv", "summary.json", "picture.png"};
+
+void append(std::string& text, double x) {
+    std::array<char, 32> digits{};
+    const auto end = std::to_chars(digits.data(), digits.data() + digits.size(), x).ptr;
+    text.append(digits.data(), end);
+}
+
+void append(std::string& text, const Point& p, char separator) {
+    for (int axis = 0; axis < 3; ++axis) {
+        if (axis > 0) text += separator;
+        append(text, p[axis]);
+    }
+}
+
+const char* to_string(Premise::State state) {
+    switch (state) {
+        case Premise::State::checked: return "checked";
+        case Premise::State::assumed: return "assumed";
+        case Premise::State::refuted: return "refuted";
+        case Premise::State::missing: return "missing";
+    }
+    return "";
+}
+
+const char* to_string(Touch::Role role) {
+    switch (role) {
+        case Touch::Role::crossing: return "crossing";
+        case Touch::Role::seed: return "seed";
+        case Touch::Role::seed_facet: return "seed_facet";
+        case Touch::Role::refinement: return "refinement";
+        case Touch::Role::repair: return "repair";
+    }
+    return "";
+}
+
+// JSON knows no infinity: an unknown distance is null.
+Json number(double x) { return std::isfinite(x) ? Json(x) : Json(nullptr); }
+
+Json summarise(const Certificate& certificate, const std::vector<BadPlace>& bad_places) {
+    Json json{{"status", to_string(certificate.status)}, {"statement", certificate.statement}, {"premises", Json::array()}};
+    for (const Premise& p : certificate.premises) {
+        json["premises"].push_back({{"name", p.name}, {"state", to_string(p.state)}, {"detail", p.detail}});
+    }
+    if (!bad_places.empty()) {
+        json["bad_places"] = Json::array();
+        for (const BadPlace& place : bad_places) {
+            json["bad_places"].push_back({{"position", {place.position.x(), place.position.y(), place.position.z()}},
+                                          {"what", place.what},
+                                          {"epsilon_needed_below", place.epsilon_needed}});
+        }
+    }
+    return json;
+}
+
+}  // namespace
+
+const char* to_string(Certificate::Status status) {
+    switch (status) {
+        case Certificate::Status::certified: return "certified";
+        case Certificate::Status::conditional: return "conditional";
+        case Certificate::Status::refuted: return "refuted";
+        case Certificate::Status::incomplete: return "incomplete";
+    }
+    return "";
+}
+
+void prepare_session_folder(const fs::path& folder, bool force) {
+    std::error_code error;
+    for (const char* file : kSessionFiles) {
+        if (!force && fs::exists(folder / file, error)) {
+            throw OutputError(folder.string() + ": holds a session already (" + file + "); choose another folder, or give --force to replace it");
+        }
+    }
+    fs::create_directories(folder, error);
+    if (error || !fs::is_directory(folder)) throw OutputError(folder.string() + ": cannot make this folder: " + error.message());
+}
+
+void write_file(const fs::path& file, const std::string& content) {
+    // Beside the old one first: a full disk must not cost what was there.
+    const fs::path unfinished = file.string() + ".unfinished";
+    std::error_code error;
+    {
+        std::ofstream out(unfinished, std::ios::binary);
+        out << content;
+        out.close();
+        if (!out) {
+            fs::remove(unfinished, error);
+            throw OutputError(file.string() + ": cannot be written: is the disk full, or the folder read-only?");
+        }
+    }
+    fs::rename(unfinished, file, error);
+    if (error) throw OutputError(file.string() + ": cannot be written: " + error.message());
+}
+
+std::string to_ply(const TriangleMesh& mesh) {
+    std::string text = "ply\nformat ascii 1.0\ncomment made by Palpate; millimetres\nelement vertex " + std::to_string(mesh.points.size()) +
+                       "\nproperty double x\nproperty double y\nproperty double z\nelement face " + std::to_string(mesh.triangles.size()) +
+                       "\nproperty list uchar int vertex_indices\nend_header\n";
+    for (const Point& p : mesh.points) {
+        append(text, p, ' ');
+        text += '\n';
+    }
+    for (const auto& [a, b, c] : mesh.triangles) {
+        text += "3 " + std::to_string(a) + ' ' + std::to_string(b) + ' ' + std::to_string(c) + '\n';
+    }
+    return text;
+}
+
+std::string to_csv(const std::vector<Touch>& touches) {
+    std::string text = "touch,x,y,z,from_x,from_y,from_z,role,sample\n";
+    for (std::size_t k = 0; k < touches.size(); ++k) {
+        const Touch& touch = touches[k];
+        text += std::to_string(k) + ',';
+        append(text, touch.position, ',');
+        text += ',';
+        append(text, touch.from, ',');
+        text += std::string(",") + to_string(touch.role) + ',' + (touch.sample ? std::to_string(*touch.sample) : "") + '\n';
+    }
+    return text;
+}
+
+std::string to_json(const Simulation& run, double epsilon) {
+    const Result& r = run.result;
+    const Account& a = r.account;
+    Json json{
+        {"schema", 1},
+        {"samples", r.samples},
+        {"facets", r.topology.facets},
+        {"components", r.topology.components},
+        {"euler_characteristic", r.topology.euler_characteristic},
+        {"boundary_edges", r.topology.boundary_edges},
+        {"nonmanifold_edges", r.topology.nonmanifold_edges},
+        {"epsilon", epsilon},
+        {"max_ball_radius", r.max_ball_radius},
+        {"probes",
+         {{"total", a.probes()},
+          {"contact", a.contact},
+          {"clear", a.clear},
+          {"inferred_contact", a.inferred_contact},
+          {"inferred_clear", a.inferred_clear},
+          {"seed", a.seed}}},
+        {"displacement", {{"total", a.displacement()}, {"travel", a.travel}, {"probing", a.probing}}},
+        {"lower_bounds", {{"samples", static_cast<std::uint64_t>(std::ceil(r.lower_bound_samples))}, {"displacement", r.lower_bound_displacement}}},
+        {"certificate", summarise(r.certificate, r.bad_places)},
+        {"time", {{"planner", run.planner_seconds}, {"oracle", run.oracle_seconds}, {"machine_estimate", estimate_machine_time(a).count()}}},
+        {"truth",
+         {{"hausdorff", number(run.truth.hausdorff)},
+          {"mean_distance", number(run.truth.mean_distance)},
+          {"euler_characteristic", run.truth.euler_characteristic},
+          {"components", run.truth.components},
+          {"area", run.truth.area},
+          {"reach", run.truth.reach ? number(*run.truth.reach) : Json(nullptr)},
+          {"wrong_inferences", 0},  // nothing is inferred yet (infer: none)
+          {"unsafe_moves", run.unsafe_moves},
+          {"moves", run.moves},
+          {"distance", run.distance}}},
+    };
+    return json.dump(2) + '\n';
+}
+
+}  // namespace palpate

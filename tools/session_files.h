@@ -1,0 +1,37 @@
+// What a session leaves behind (DESIGN section 9): config.yaml, mesh.ply, touches.csv, summary.json, picture.png.
+#pragma once
+
+#include <filesystem>
+#include <string>
+
+#include "planner/prober.h"
+#include "tools/simulation.h"
+
+namespace palpate {
+
+// A folder or file that cannot be used. The message names it and says what to do.
+class OutputError : public std::runtime_error {
+public:
+    using std::runtime_error::runtime_error;
+};
+
+// Makes the folder, before a run that would otherwise be lost. Throws OutputError if it holds a session already and not
+// `force`, or cannot be made.
+void prepare_session_folder(const std::filesystem::path& folder, bool force);
+
+// Writes a whole file, or leaves what was there as it was. Throws OutputError.
+void write_file(const std::filesystem::path& file, const std::string& content);
+
+// ASCII PLY with double coordinates, shortest digits that read back to the same bits.
+[[nodiscard]] std::string to_ply(const TriangleMesh& mesh);
+
+// One line per contact, in order: touch, x, y, z (mm), from_x, from_y, from_z (mm: where the probe started), role
+// (crossing, seed, seed_facet, refinement, repair), sample (its index, or nothing).
+[[nodiscard]] std::string to_csv(const std::vector<Touch>& touches);
+
+// JSON with the keys of DESIGN section 9, and some more.
+[[nodiscard]] std::string to_json(const Simulation& run, double epsilon);
+
+[[nodiscard]] const char* to_string(Certificate::Status status);
+
+}  // namespace palpate

@@ -1,0 +1,91 @@
+#include "tools/simulation.h"
+
+#include <chrono>
+#include <sstream>
+
+#include "devices/device_oracle.h"
+#include "sim/simulated_device.h"
+#include "sim/workspace_fit.h"
+
+namespace palpate {
+namespace {
+
+using Seconds = std::chrono::duration<double>;
+
+// Measures how long an oracle thinks, so that the planner's own time can be told.
+class TimedOracle final : public SurfaceOracle {
+public:
+    explicit TimedOracle(SurfaceOracle& oracle) : oracle_(oracle) {}
+
+    [[nodiscard]] Point position() const override { return oracle_.position(); }
+    void travel(std::span<const Point> path) override {
+        const Stopwatch watch(spent_);
+        oracle_.travel(path);
+    }
+    [[nodiscard]] ProbeAnswer probe(const Point& target) override {
+        const Stopwatch watch(spent_);
+        return oracle_.probe(target);
+    }
+    [[nodiscard]] Seconds spent() const { return spent_; }
+
+private:
+    class Stopwatch {
+    public:
+        explicit Stopwatch(Seconds& total) : total_(total) {}
+        ~Stopwatch() { total_ += std::chrono::steady_clock::now() - start_; }
+        Stopwatch(const Stopwatch&) = delete;
+        Stopwatch& operator=(const Stopwatch&) = delete;
+
+    private:
+        Seconds& total_;
+        std::chrono::steady_clock::time_point start_ = std::chrono::steady_clock::now();
+    };
+
+    SurfaceOracle& oracle_;
+    Seconds spent_{0};
+};
+
+Workspace build_workspace(const WorkspaceSpec& spec, const HiddenObject& object) {
+    if (const auto* ball = std::get_if<Ball>(&spec)) return Workspace(*ball);
+    if (const auto* box = std::get_if<Box>(&spec)) return Workspace(*box);
+    return fitting_workspace(object);
+}
+
+}  // namespace
+
+Scene build_scene(const SessionConfig& config) {
+    if (!config.object) throw SetupError("object: missing; a simulation needs object.mesh or object.shape");
+    HiddenObject object(*config.object);
+    Workspace workspace = build_workspace(config.workspace, object);
+    if (const auto outside = point_outside(object, workspace)) {
+        std::ostringstream message;
+        const Bounds& bounds = object.bounds();
+        message << "workspace: the object is not inside it: it has a point at (" << outside->transpose() << "); its bounds are ("
+                << bounds.min.transpose() << ") to (" << bounds.max.transpose() << "); make the workspace larger, or say workspace: auto";
+        throw SetupError(message.str());
+    }
+    return {std::move(object), std::move(workspace)};
+}
+
+Simulation simulate(const SessionConfig& config, const Scene& scene, const std::function<void(const Progress&)>& on_progress) {
+    // The tool waits on top of the workspace.
+    const Workspace& workspace = scene.workspace;
+    SimulatedDevice device(scene.object, workspace.nearest_boundary(workspace.center() + 2 * workspace.radius() * Vector::UnitZ()));
+    DeviceOracle device_oracle(device);
+    TimedOracle oracle(device_oracle);
+    Observer observer;
+    observer.on_progress = on_progress;
+    Simulation run;
+    const auto start = std::chrono::steady_clock::now();
+    run.result = probe_surface(oracle, workspace, config.probing, observer);
+    const Seconds total = std::chrono::steady_clock::now() - start;
+    run.oracle_seconds = oracle.spent().count();
+    run.planner_seconds = (total - oracle.spent()).count();
+    run.truth = measure_truth(scene.object, run.result.mesh, TruthSampling{}, config.random_seed);
+    run.unsafe_moves = device.unsafe_moves();
+    run.moves = device.moves();
+    run.distance = device.distance();
+    return run;
+}
+
+}  // namespace palpate

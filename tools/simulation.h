@@ -1,0 +1,44 @@
+// Runs the planner on a hidden object: what `palpate simulate` and `palpate bench` have in common.
+#pragma once
+
+#include <functional>
+#include <optional>
+#include <string>
+#include <vector>
+
+#include "config/session_config.h"
+#include "planner/prober.h"
+#include "sim/hidden_object.h"
+#include "sim/truth.h"
+
+namespace palpate {
+
+// A session that cannot start as configured. The message says which key to change.
+class SetupError : public std::runtime_error {
+public:
+    using std::runtime_error::runtime_error;
+};
+
+// The object and workspace that a configuration names, fit for each other.
+struct Scene {
+    HiddenObject object;
+    Workspace workspace;
+};
+
+// Throws SetupError if there is no object to simulate, or it is not inside the workspace; ObjectError on a bad object.
+[[nodiscard]] Scene build_scene(const SessionConfig& config);
+
+struct Simulation {
+    Result result;
+    Truth truth;
+    std::uint64_t unsafe_moves = 0;  // counted by the simulator, not by the planner
+    std::uint64_t moves = 0;         // likewise
+    double distance = 0.0;           // mm, likewise
+    double planner_seconds = 0.0;    // without the oracle
+    double oracle_seconds = 0.0;
+};
+
+// Throws what probe_surface throws. `on_progress` may be empty.
+[[nodiscard]] Simulation simulate(const SessionConfig& config, const Scene& scene, const std::function<void(const Progress&)>& on_progress);
+
+}  // namespace palpate
