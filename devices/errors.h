@@ -17,8 +17,7 @@ public:
 // The probe touched something where the planner had proven space free: the part moved, a false trigger, or a false bound.
 class UnexpectedContact : public DeviceError {
 public:
-    UnexpectedContact(const Point& where, const std::string& during)
-        : DeviceError(message(where, during)), where_(where) {}
+    UnexpectedContact(const Point& where, const std::string& during) : DeviceError(message(where, during)), where_(where) {}
 
     [[nodiscard]] const Point& where() const { return where_; }
 

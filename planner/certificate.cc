@@ -16,7 +16,8 @@ std::string text(const Parts&... parts) {
 }
 
 Premise manifold_premise(const Topology& t, const Evidence& evidence) {
-    Premise premise{"I1: closed oriented manifold", State::checked, text(t.facets, " facets, Euler characteristic ", t.euler_characteristic)};
+    Premise premise{"I1: closed oriented manifold", State::checked,
+                    text(t.facets, " facets, Euler characteristic ", t.euler_characteristic)};
     if (evidence.open_edges > 0 || !t.is_closed_oriented_manifold()) {
         premise.state = State::refuted;
         premise.detail = text(t.boundary_edges, " boundary, ", t.nonmanifold_edges, " non-manifold, ", t.inconsistent_edges,
@@ -30,11 +31,13 @@ Premise component_premise(const Evidence& evidence) {
     Premise premise{"I2: a vertex on every component", State::assumed, {}};
     if (evidence.unrepresented_touches > 0) {
         premise.state = State::refuted;
-        premise.detail = text(evidence.unrepresented_touches, " samples belong to no facet, although all that can be reached around them was probed");
+        premise.detail =
+            text(evidence.unrepresented_touches, " samples belong to no facet, although all that can be reached around them was probed");
     } else if (evidence.seeds_given) {
         premise.detail = text("by the user: seed rays reach every component; the mesh has ", evidence.components);
     } else {
-        premise.detail = text("by the user, who gave no seed rays: the object has no component besides the ", evidence.components, " in the mesh");
+        premise.detail =
+            text("by the user, who gave no seed rays: the object has no component besides the ", evidence.components, " in the mesh");
     }
     return premise;
 }
@@ -65,7 +68,10 @@ Certificate certify(const Options& options, const Topology& topology, const Evid
     const Premise components = component_premise(evidence);
     const Premise balls = ball_premise(options, topology, evidence);
     const Premise reach = reach_premise(options);
-    certificate.premises = {manifold, components, balls, reach,
+    certificate.premises = {manifold,
+                            components,
+                            balls,
+                            reach,
                             {"the workspace contains the object", State::assumed, "by the user"},
                             {"touches lie on the surface", State::assumed, "by the user: their error is far below epsilon"}};
     if (!holds(manifold) || !holds(components) || !holds(balls)) {
@@ -73,12 +79,14 @@ Certificate certify(const Options& options, const Topology& topology, const Evid
         certificate.statement = "Nothing is guaranteed: the run could not establish all of I1 to I3.";
     } else if (!holds(reach)) {
         certificate.status = Certificate::Status::conditional;
-        certificate.statement = "The mesh is a closed oriented manifold whose surface Delaunay balls are at most epsilon; that it has the "
-                                "object's topology is not guaranteed, because the premise on the reach is missing.";
+        certificate.statement =
+            "The mesh is a closed oriented manifold whose surface Delaunay balls are at most epsilon; that it has the "
+            "object's topology is not guaranteed, because the premise on the reach is missing.";
     } else {
         certificate.status = Certificate::Status::certified;
-        certificate.statement = "As far as the assumed premises hold, the mesh is isotopic to the object's surface and at Fréchet distance "
-                                "O(epsilon²/reach) from it (Oudot 2005, section 1.2).";
+        certificate.statement =
+            "As far as the assumed premises hold, the mesh is isotopic to the object's surface and at Fréchet distance "
+            "O(epsilon²/reach) from it (Oudot 2005, section 1.2).";
     }
     return certificate;
 }

@@ -43,12 +43,11 @@ struct BadPlace {
 
 // What the certificate rests on, as found on the result.
 struct Evidence {
-    double max_ball_radius = 0.0;            // mm
-    std::size_t components = 0;              // of Ŝ
-    std::size_t seeded_components = 0;       // given or found by seeds
-    std::size_t unrepresented_touches = 0;   // samples that no facet of Ŝ uses although all around them was explored
-    std::size_t open_edges = 0;              // of Ŝ, left unexplored
-    bool seeds_given = false;                // by the user, one per component
+    double max_ball_radius = 0.0;           // mm
+    std::size_t components = 0;             // of Ŝ
+    std::size_t unrepresented_touches = 0;  // samples that no facet of Ŝ uses although all around them was explored
+    std::size_t open_edges = 0;             // of Ŝ, left unexplored
+    bool seeds_given = false;               // by the user, one per component
 };
 
 // Largest ε / rch(S) for which thesis 1.2 holds (µ0).

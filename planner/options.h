@@ -23,9 +23,7 @@ struct Strategy {
 
     friend bool operator==(const Strategy&, const Strategy&) = default;
 
-    [[nodiscard]] static constexpr Strategy thesis() {
-        return {Refine::exhaustive, Explore::exhaustive, Infer::none, Travel::voronoi};
-    }
+    [[nodiscard]] static constexpr Strategy thesis() { return {Refine::exhaustive, Explore::exhaustive, Infer::none, Travel::voronoi}; }
 };
 
 struct Options {

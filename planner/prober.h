@@ -15,15 +15,15 @@
 namespace palpate {
 
 struct Result {
-    TriangleMesh mesh;                 // Ŝ, oriented outwards; its points are samples
-    std::vector<double> ball_radii;    // mm, by triangle: of its smallest surface Delaunay ball
-    Topology topology;                 // of the mesh
+    TriangleMesh mesh;               // Ŝ, oriented outwards; its points are samples
+    std::vector<double> ball_radii;  // mm, by triangle: of its smallest surface Delaunay ball
+    Topology topology;               // of the mesh
     Certificate certificate;
     std::vector<BadPlace> bad_places;  // empty unless the certificate is incomplete
     Account account;
-    std::vector<Touch> touches;        // every contact, in order
-    std::size_t samples = 0;           // |E|, whether a facet uses them or not
-    double max_ball_radius = 0.0;      // mm
+    std::vector<Touch> touches;    // every contact, in order
+    std::size_t samples = 0;       // |E|, whether a facet uses them or not
+    double max_ball_radius = 0.0;  // mm
 
     // Lower bounds for any such sample: N >= 2·area/(3√3·ε²), and (N - 1)·ε for the way through N samples that are ε apart.
     double lower_bound_samples = 0.0;
@@ -34,13 +34,14 @@ class MaintainedDelaunay;
 
 // Who watches a run. Either may be empty. Watching changes nothing.
 struct Observer {
-    std::function<void(const Progress&)> on_progress;               // after every probe
-    std::function<void(const MaintainedDelaunay&)> on_insertion;    // after every sample; see planner/internal
+    std::function<void(const Progress&)> on_progress;             // after every probe
+    std::function<void(const MaintainedDelaunay&)> on_insertion;  // after every sample; see planner/internal
 };
 
 // Probes until every facet of Ŝ fulfils the criteria. Throws SeedError and ContradictionError (planner/errors.h),
 // std::invalid_argument on options or a start of the tool that make no sense, and what the oracle throws.
-[[nodiscard]] Result probe_surface(SurfaceOracle& oracle, const Workspace& workspace, const Options& options, const Observer& observer = {});
+[[nodiscard]] Result probe_surface(SurfaceOracle& oracle, const Workspace& workspace, const Options& options,
+                                   const Observer& observer = {});
 
 // Lower bound on the number of samples of a surface of that area (mm²) whose balls are at most epsilon (mm): the
 // density of a hexagonal lattice of circumradius epsilon.

@@ -41,9 +41,8 @@ std::vector<HalfEdge> sorted_half_edges(const TriangleMesh& mesh) {
             half_edges.push_back({std::min(a, b), std::max(a, b), f, a < b});
         }
     }
-    std::sort(half_edges.begin(), half_edges.end(), [](const HalfEdge& x, const HalfEdge& y) {
-        return std::tie(x.low, x.high, x.facet) < std::tie(y.low, y.high, y.facet);
-    });
+    std::sort(half_edges.begin(), half_edges.end(),
+              [](const HalfEdge& x, const HalfEdge& y) { return std::tie(x.low, x.high, x.facet) < std::tie(y.low, y.high, y.facet); });
     return half_edges;
 }
 

@@ -1,5 +1,6 @@
 #include "planner/workspace.h"
 
+#include <Eigen/Geometry>
 #include <algorithm>
 #include <array>
 #include <cmath>

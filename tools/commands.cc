@@ -4,9 +4,9 @@
 #include <spdlog/spdlog.h>
 #include <unistd.h>
 
+#include <array>
 #include <cmath>
 #include <iostream>
-#include <array>
 
 #include "config/config_error.h"
 #include "config/reader.h"
@@ -49,7 +49,7 @@ PictureOptions picture_options(char up) {
     PictureOptions options;
     if (up == 'y') {
         options.up = Vector::UnitY();
-        options.view_direction = {-0.5, 0.35, 1.0};
+        options.view_direction = {0.35, 0.38, 1.0};
     } else if (up == 'x') {
         options.up = Vector::UnitX();
         options.view_direction = {1.0, 1.0, -1.8};
@@ -61,8 +61,8 @@ void print_result(const Simulation& run, const SessionConfig& config, std::ostre
     const Result& r = run.result;
     const Account& a = r.account;
     out << "samples        " << r.samples << " (" << static_cast<double>(r.samples) / r.lower_bound_samples << " x the hexagonal bound)\n"
-        << "probes         " << a.probes() << " (" << static_cast<double>(a.probes()) / static_cast<double>(r.samples) << " per sample): "
-        << a.contact << " contacts, " << a.clear << " clear\n"
+        << "probes         " << a.probes() << " (" << static_cast<double>(a.probes()) / static_cast<double>(r.samples)
+        << " per sample): " << a.contact << " contacts, " << a.clear << " clear\n"
         << "displacement   " << a.displacement() << " mm (" << r.account.displacement() / r.lower_bound_displacement
         << " x the bound): " << a.travel << " travel, " << a.probing << " probing\n"
         << "mesh           " << r.topology.facets << " facets, " << r.topology.components << " component(s), Euler characteristic "
@@ -78,7 +78,8 @@ void print_result(const Simulation& run, const SessionConfig& config, std::ostre
     constexpr std::size_t kShown = 10;
     for (std::size_t k = 0; k < r.bad_places.size() && k < kShown; ++k) {
         const BadPlace& place = r.bad_places[k];
-        out << "  bad place    " << place.what << " at (" << place.position.transpose() << "): needs an epsilon below " << place.epsilon_needed << " mm\n";
+        out << "  bad place    " << place.what << " at (" << place.position.transpose() << "): needs an epsilon below "
+            << place.epsilon_needed << " mm\n";
     }
     if (r.bad_places.size() > kShown) out << "  and " << r.bad_places.size() - kShown << " more bad places, see summary.json\n";
 }
@@ -116,11 +117,15 @@ ExitCode run(const CheckCommand& command, std::ostream& out) {
     out << "object         (" << bounds.min.transpose() << ") to (" << bounds.max.transpose() << ") mm, " << scene.object.components()
         << " component(s), Euler characteristic " << scene.object.euler_characteristic() << '\n'
         << "reach          " << (scene.object.reach() ? std::to_string(*scene.object.reach()) + " mm" : std::string("not known")) << '\n'
-        << "workspace      around (" << scene.workspace.center().transpose() << "), radius " << scene.workspace.radius() << " mm; contains the object\n"
+        << "workspace      around (" << scene.workspace.center().transpose() << "), radius " << scene.workspace.radius()
+        << " mm; contains the object\n"
         << "epsilon        " << probing.epsilon << " mm; a guarantee of topology needs a reach of at least "
-        << probing.epsilon / kMaxEpsilonPerReach << " mm, " << (probing.reach ? "given: " + std::to_string(*probing.reach) + " mm" : "none given") << '\n'
+        << probing.epsilon / kMaxEpsilonPerReach << " mm, "
+        << (probing.reach ? "given: " + std::to_string(*probing.reach) + " mm" : "none given") << '\n'
         << "strategy       " << to_string(probing.strategy) << '\n'
-        << "seeds          " << (probing.seed_rays.empty() ? "rays towards the centre of the workspace" : std::to_string(probing.seed_rays.size()) + " seed ray(s)")
+        << "seeds          "
+        << (probing.seed_rays.empty() ? "rays towards the centre of the workspace"
+                                      : std::to_string(probing.seed_rays.size()) + " seed ray(s)")
         << "\nthe configuration is good\n";
     return ExitCode::done;
 }
@@ -170,7 +175,8 @@ ExitCode explain_current_exception() {
     } catch (const ContradictionError& error) {
         return say(error, ExitCode::device);
     } catch (const std::exception& error) {
-        std::cerr << "palpate: internal error: " << error.what() << "\nThis is a bug; please report it with the configuration that shows it.\n";
+        std::cerr << "palpate: internal error: " << error.what()
+                  << "\nThis is a bug; please report it with the configuration that shows it.\n";
         return ExitCode::internal;
     }
 }

@@ -10,11 +10,11 @@ namespace palpate {
 
 // Stable, for scripts.
 enum class ExitCode : int {
-    done = 0,          // certified, or certified as far as assumed
-    internal = 1,      // a bug of ours
-    usage = 2,         // bad usage, configuration, object or folder
-    device = 3,        // device fault, resumable
-    incomplete = 4,    // the result does not fulfil what it has to
+    done = 0,        // certified, or certified as far as assumed
+    internal = 1,    // a bug of ours
+    usage = 2,       // bad usage, configuration, object or folder
+    device = 3,      // device fault, resumable
+    incomplete = 4,  // the result does not fulfil what it has to
 };
 
 struct SimulateCommand {

@@ -33,21 +33,30 @@ void append(std::string& text, const Point& p, char separator) {
 
 const char* to_string(Premise::State state) {
     switch (state) {
-        case Premise::State::checked: return "checked";
-        case Premise::State::assumed: return "assumed";
-        case Premise::State::refuted: return "refuted";
-        case Premise::State::missing: return "missing";
+        case Premise::State::checked:
+            return "checked";
+        case Premise::State::assumed:
+            return "assumed";
+        case Premise::State::refuted:
+            return "refuted";
+        case Premise::State::missing:
+            return "missing";
     }
     return "";
 }
 
 const char* to_string(Touch::Role role) {
     switch (role) {
-        case Touch::Role::crossing: return "crossing";
-        case Touch::Role::seed: return "seed";
-        case Touch::Role::seed_facet: return "seed_facet";
-        case Touch::Role::refinement: return "refinement";
-        case Touch::Role::repair: return "repair";
+        case Touch::Role::crossing:
+            return "crossing";
+        case Touch::Role::seed:
+            return "seed";
+        case Touch::Role::seed_facet:
+            return "seed_facet";
+        case Touch::Role::refinement:
+            return "refinement";
+        case Touch::Role::repair:
+            return "repair";
     }
     return "";
 }
@@ -75,10 +84,14 @@ Json summarise(const Certificate& certificate, const std::vector<BadPlace>& bad_
 
 const char* to_string(Certificate::Status status) {
     switch (status) {
-        case Certificate::Status::certified: return "certified";
-        case Certificate::Status::conditional: return "conditional";
-        case Certificate::Status::refuted: return "refuted";
-        case Certificate::Status::incomplete: return "incomplete";
+        case Certificate::Status::certified:
+            return "certified";
+        case Certificate::Status::conditional:
+            return "conditional";
+        case Certificate::Status::refuted:
+            return "refuted";
+        case Certificate::Status::incomplete:
+            return "incomplete";
     }
     return "";
 }
@@ -87,7 +100,8 @@ void prepare_session_folder(const fs::path& folder, bool force) {
     std::error_code error;
     for (const char* file : kSessionFiles) {
         if (!force && fs::exists(folder / file, error)) {
-            throw OutputError(folder.string() + ": holds a session already (" + file + "); choose another folder, or give --force to replace it");
+            throw OutputError(folder.string() + ": holds a session already (" + file +
+                              "); choose another folder, or give --force to replace it");
         }
     }
     fs::create_directories(folder, error);
@@ -159,9 +173,11 @@ std::string to_json(const Simulation& run, double epsilon) {
           {"inferred_clear", a.inferred_clear},
           {"seed", a.seed}}},
         {"displacement", {{"total", a.displacement()}, {"travel", a.travel}, {"probing", a.probing}}},
-        {"lower_bounds", {{"samples", static_cast<std::uint64_t>(std::ceil(r.lower_bound_samples))}, {"displacement", r.lower_bound_displacement}}},
+        {"lower_bounds",
+         {{"samples", static_cast<std::uint64_t>(std::ceil(r.lower_bound_samples))}, {"displacement", r.lower_bound_displacement}}},
         {"certificate", summarise(r.certificate, r.bad_places)},
-        {"time", {{"planner", run.planner_seconds}, {"oracle", run.oracle_seconds}, {"machine_estimate", estimate_machine_time(a).count()}}},
+        {"time",
+         {{"planner", run.planner_seconds}, {"oracle", run.oracle_seconds}, {"machine_estimate", estimate_machine_time(a).count()}}},
         {"truth",
          {{"hausdorff", number(run.truth.hausdorff)},
           {"mean_distance", number(run.truth.mean_distance)},

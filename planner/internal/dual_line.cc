@@ -16,8 +16,8 @@ using Exact = CGAL::Exact_rational;
 using ExactVector = std::array<Exact, 3>;
 
 // A quotient whose divisor is smaller than 1/kConditionLimit of the size of its terms loses more than about
-// kConditionLimit · 2^-52 ~ 2e-12 of its digits' worth: it is computed exactly instead.
-constexpr double kConditionLimit = 1e4;
+// kConditionLimit · 2^-52 ~ 2e-11 of its digits' worth: it is computed exactly instead.
+constexpr double kConditionLimit = 1e5;
 
 // Bounds the rounding of the few sums of products below, relative to the size of their terms.
 constexpr double kRounding = 256 * std::numeric_limits<double>::epsilon();
@@ -77,7 +77,8 @@ DualLine dual_line(const Point& a, const Point& b, const Point& c) {
     return {a + from_a, normal / doubled_area, from_a.norm()};
 }
 
-double circumcentre_parameter(const DualLine& line, const Point& a, const Point& b, const Point& c, const Point& d, int side, double limit) {
+double circumcentre_parameter(const DualLine& line, const Point& a, const Point& b, const Point& c, const Point& d, int side,
+                              double limit) {
     // |m + t n - a|² = |m + t n - d|², with n orthogonal to m - a.
     const Vector to_d = d - a;
     const double height = line.direction.dot(to_d);

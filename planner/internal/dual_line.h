@@ -5,7 +5,7 @@
 //   m, n     the circumcentre and unit normal of f: the dual edge of f lies on x(t) = m + t·n
 //   t(d)     the parameter of the circumcentre of abcd on that line
 // Four nearly coplanar points have a circumcentre anywhere, but n stays good and |t| merely grows: clipped to the
-// workspace, nothing is lost. Values that double arithmetic cannot give to about 1e-12 of the workspace are computed in
+// workspace, nothing is lost. Values that double arithmetic cannot give to about 1e-10 of the workspace are computed in
 // rational arithmetic and rounded once.
 #pragma once
 
@@ -14,9 +14,9 @@
 namespace palpate {
 
 struct DualLine {
-    Point origin = Point::Zero();      // m
-    Vector direction = Vector::Zero(); // n, in the direction of (b - a) × (c - a)
-    double circumradius = 0.0;         // mm
+    Point origin = Point::Zero();       // m
+    Vector direction = Vector::Zero();  // n, in the direction of (b - a) × (c - a)
+    double circumradius = 0.0;          // mm
 
     [[nodiscard]] Point at(double t) const { return origin + t * direction; }
 };

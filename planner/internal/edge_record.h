@@ -17,16 +17,16 @@ enum class EdgeState : std::uint8_t {
 
 // Where S meets an edge, as seen from one of its ends.
 struct Crossing {
-    Point near = Point::Zero();   // S meets the edge between near, which is outside O or on S, ...
-    Point far = Point::Zero();    // ... and far, inside O or on S. A touched point c has near == far == c.
-    Point from = Point::Zero();   // everything between here and near is free
-    bool from_vertex = true;      // `from` is where the edge starts: its Voronoi vertex, or where it enters ω;
-                                  // otherwise a point q of the edge, and between the vertex and q nothing is known
-    bool inferred = false;        // no touch: section 6
-    NodeId from_node = kNoNode;   // of the roadmap, at `from`
-    NodeId near_node = kNoNode;   // of the roadmap, at `near`; kNoNode if the tool never was there
+    Point near = Point::Zero();               // S meets the edge between near, which is outside O or on S, ...
+    Point far = Point::Zero();                // ... and far, inside O or on S. A touched point c has near == far == c.
+    Point from = Point::Zero();               // everything between here and near is free
+    bool from_vertex = true;                  // `from` is where the edge starts: its Voronoi vertex, or where it enters ω;
+                                              // otherwise a point q of the edge, and between the vertex and q nothing is known
+    bool inferred = false;                    // no touch: section 6
+    NodeId from_node = kNoNode;               // of the roadmap, at `from`
+    NodeId near_node = kNoNode;               // of the roadmap, at `near`; kNoNode if the tool never was there
     std::uint32_t touch = ~std::uint32_t{0};  // number of the touch at `near`, for who asks which it was
-    double ball_radius = 0.0;     // mm: of the largest surface Delaunay ball that the gap allows
+    double ball_radius = 0.0;                 // mm: of the largest surface Delaunay ball that the gap allows
 };
 
 // The fate of a boundary edge u → w of the conflict hole when w is destroyed and the new cell's vertex v cuts it:

@@ -51,19 +51,35 @@ void Exploration::note_free(CellId cell) {
 }
 
 void Exploration::note_insertion(const MaintainedDelaunay::Insertion& insertion) {
-    for (const DirectedEdge e : insertion.cropped) {
+    for (const auto& [from_new, reopened] : insertion.cropped) {
+        const DirectedEdge from_survivor = state_.opposite(from_new);
         if (explore_ == Strategy::Explore::exhaustive) {
-            note_edge(state_.opposite(e));
-            if (state_.is_free(e.cell)) note_free(e.cell);
+            note_edge(from_survivor);
+            if (state_.is_free(from_new.cell)) note_free(from_new.cell);
             continue;
         }
-        // Walks around the edges of the new sample's link may have lost a crossing, or their way.
-        for (int j = 0; j < 4; ++j) {
-            if (j == e.facet || e.cell > state_.neighbor({e.cell, j}) || state_.is_infinite_edge(e.cell, e.facet, j)) continue;
-            state_.around_edge(e.cell, e.facet, j, [&](DirectedEdge facet, int across) {
-                if (state_.recorded_state(facet) == EdgeState::crossing) note_wing(facet, across);
-            });
+        // The free side of an inherited crossing may be all new.
+        if (state_.recorded_state(from_new) == EdgeState::crossing) note_crossing(from_new);
+        if (reopened) note_wings_towards(from_survivor);
+    }
+}
+
+// A walk that goes along edge `e` comes around one of the three Delaunay edges of its facet. Going back along each: clear
+// edges lead on, a crossing is where the walk began.
+void Exploration::note_wings_towards(DirectedEdge e) {
+    for (int j = 0; j < 4; ++j) {
+        if (j == e.facet) continue;
+        CellId cell = e.cell;
+        int ahead = e.facet;
+        int behind = j;
+        while (state_.recorded_state({cell, behind}) == EdgeState::clear) {
+            const DirectedEdge back = state_.opposite({cell, behind});
+            behind = state_.next_facet_around(cell, ahead, behind);
+            ahead = back.facet;
+            cell = back.cell;
+            if (cell == e.cell) break;
         }
+        if (state_.recorded_state({cell, behind}) == EdgeState::crossing) note_wing({cell, behind}, ahead);
     }
 }
 

@@ -43,6 +43,7 @@ private:
     static constexpr int kWholeEdge = -1;  // the task is the edge itself, not a wing
 
     void note_edge(DirectedEdge e) { tasks_.push_back({state_.ticket(e), kWholeEdge}); }
+    void note_wings_towards(DirectedEdge e);
     void note_wing(DirectedEdge e, int across) { tasks_.push_back({state_.ticket(e), across}); }
     // The first unknown edge on the walk from a wing; nothing if it is closed.
     [[nodiscard]] std::optional<DirectedEdge> walk(DirectedEdge e, int across);

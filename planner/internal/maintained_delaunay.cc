@@ -13,6 +13,9 @@ Kernel::Point_3 to_cgal(const Point& p) { return {p.x(), p.y(), p.z()}; }
 
 constexpr double kInfinity = std::numeric_limits<double>::infinity();
 
+// Points nearer than this fraction of ω's radius are the same place: far above the rounding of dual edges.
+constexpr double kSamePlace = 1e-9;
+
 // +1 if the permutation that sends (0, 1, 2, 3) to the given order is even, -1 if it is odd.
 int parity(std::array<int, 4> order) {
     int sign = 1;
@@ -95,7 +98,8 @@ MaintainedDelaunay::Insertion MaintainedDelaunay::insert(const Point& p, CellId 
         free_slots_.push_back(cell->info());
     }
 
-    const Delaunay::Vertex_handle v = delaunay_.insert_in_hole(query, conflict_.begin(), conflict_.end(), hole_.front().first, hole_.front().second);
+    const Delaunay::Vertex_handle v =
+        delaunay_.insert_in_hole(query, conflict_.begin(), conflict_.end(), hole_.front().first, hole_.front().second);
     const auto index = static_cast<std::uint32_t>(samples_.size());
     v->info() = index;
     samples_.push_back(p);
@@ -104,9 +108,14 @@ MaintainedDelaunay::Insertion MaintainedDelaunay::insert(const Point& p, CellId 
     cropped_.clear();
     for (const HoleFacet& facet : hole_facets_) {
         const Delaunay::Cell_handle fresh = facet.survivor->neighbor(facet.facet);
-        cropped_.push_back({register_cell(fresh), fresh->index(v)});
+        cropped_.push_back({{register_cell(fresh), fresh->index(v)}, false});
     }
-    for (const HoleFacet& facet : hole_facets_) inherit(facet, p);
+    for (std::size_t k = 0; k < hole_facets_.size(); ++k) {
+        const EdgeRecord& from_survivor = record({hole_facets_[k].survivor->info(), hole_facets_[k].facet});
+        const EdgeState before = from_survivor.state;
+        inherit(hole_facets_[k], p);
+        cropped_[k].reopened = before == EdgeState::clear || (before == EdgeState::crossing && from_survivor.state != EdgeState::crossing);
+    }
     return {index, cropped_};
 }
 
@@ -216,13 +225,6 @@ std::vector<CellId> MaintainedDelaunay::cells_around(std::uint32_t sample) const
     std::vector<CellId> cells;
     for (const Delaunay::Cell_handle cell : handles) cells.push_back(cell->info());
     return cells;
-}
-
-bool MaintainedDelaunay::is_infinite_edge(CellId cell, int i, int j) const {
-    for (int k = 0; k < 4; ++k) {
-        if (k != i && k != j && delaunay_.is_infinite(handle(cell)->vertex(k))) return true;
-    }
-    return false;
 }
 
 int MaintainedDelaunay::next_facet_around(CellId cell, int in, int out) const {
@@ -348,7 +350,16 @@ Point MaintainedDelaunay::probe_target(DirectedEdge e, const EdgeSpan& along) co
 NodeId MaintainedDelaunay::learn_clear(DirectedEdge e, const EdgeSpan& along, NodeId start, const Point& end) {
     const DirectedEdge back = opposite(e);
     if (record(back).state == EdgeState::crossing) {
-        throw ContradictionError("a Voronoi edge was touched from one end and found clear from the other: the object moved, or a touch was false");
+        const Crossing touched = crossing(back);
+        if ((touched.near - roadmap_.at(start)).norm() > kSamePlace * workspace_.radius()) {
+            throw ContradictionError(
+                "a Voronoi edge was touched from one end and found clear from the other: the object moved, or a touch was false");
+        }
+        // S passes through the Voronoi vertex itself: the touch holds for both directions.
+        roadmap_.connect(start, touched.near_node);
+        roadmap_.connect(start, node(back.cell));
+        learn_contact(e, start, touched.near_node, touched.touch);
+        return node(back.cell);
     }
     NodeId arrived = kNoNode;
     if (along.ends_on_boundary) {
@@ -379,7 +390,8 @@ void MaintainedDelaunay::learn_contact(DirectedEdge e, NodeId from, NodeId conta
     record(e) = {EdgeState::crossing, new_crossing(crossing, e), kNoNode};
 }
 
-void MaintainedDelaunay::learn_contact_from_outside(DirectedEdge e, const EdgeSpan& along, NodeId entry, NodeId contact, std::uint32_t touch) {
+void MaintainedDelaunay::learn_contact_from_outside(DirectedEdge e, const EdgeSpan& along, NodeId entry, NodeId contact,
+                                                    std::uint32_t touch) {
     NodeId from = entry;
     if (!along.starts_on_boundary) {
         from = roadmap_.split(entry, contact, along.start_point());

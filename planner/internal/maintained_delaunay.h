@@ -67,11 +67,17 @@ public:
     // REQUIRES: called once, before all else; at least four points that are not coplanar. Nothing is known of any edge.
     void initialise(std::span<const Point> samples);
 
+    // An edge that the new Voronoi cell cropped. Every new cell has one.
+    struct Cropped {
+        DirectedEdge from_new;  // from the new vertex towards the survivor
+        // From the survivor, the edge was clear or ended at a crossing, and no longer ends there: a walk that went
+        // along it ends elsewhere now.
+        bool reopened = false;
+    };
     // What an insertion changed. Valid until the next insertion.
     struct Insertion {
         std::uint32_t sample = 0;
-        // What the new Voronoi cell cropped, from the new vertices: each new cell once, towards its survivor.
-        std::span<const DirectedEdge> cropped;
+        std::span<const Cropped> cropped;
     };
     // Inserts a sample; records of cells that survive stay, records of edges that the new Voronoi cell crops are
     // inherited. Throws std::logic_error if the sample is already there. `near` is a cell to start the search from.
@@ -92,12 +98,6 @@ public:
     // The sample's cell to search from.
     [[nodiscard]] CellId cell_at(std::uint32_t sample) const;
     [[nodiscard]] std::vector<CellId> cells_around(std::uint32_t sample) const;
-    // For every cell around the Delaunay edge that joins the other two vertices of `cell` than i and j, and each of the
-    // cell's two facets that hold that edge: visit(DirectedEdge of the facet, index of the other facet).
-    template <typename Visit>
-    void around_edge(CellId cell, int i, int j, const Visit& visit) const;
-    // Whether the Delaunay edge that joins the other two vertices than i and j ends at infinity.
-    [[nodiscard]] bool is_infinite_edge(CellId cell, int i, int j) const;
     // Leaving `cell` through facet `out` around the Delaunay edge that facets `in` and `out` share: the facet of the next
     // cell by which that walk goes on.
     [[nodiscard]] int next_facet_around(CellId cell, int in, int out) const;
@@ -126,14 +126,17 @@ public:
     [[nodiscard]] bool is_reachable(DirectedEdge e) const { return cells_[e.cell].free; }
 
     [[nodiscard]] EdgeTicket ticket(DirectedEdge e) const { return {e, cells_[e.cell].generation}; }
-    [[nodiscard]] bool is_current(const EdgeTicket& t) const { return cells_[t.edge.cell].live && cells_[t.edge.cell].generation == t.generation; }
+    [[nodiscard]] bool is_current(const EdgeTicket& t) const {
+        return cells_[t.edge.cell].live && cells_[t.edge.cell].generation == t.generation;
+    }
 
     // --- learning ---------------------------------------------------------------------------------------------------
     // The node to start a probe of the edge from. REQUIRES: is_reachable(e), span(e) has a value.
     NodeId probe_start(DirectedEdge e, const EdgeSpan& along);
     // Where such a probe aims: the far end, exactly where the tool has been if it has.
     [[nodiscard]] Point probe_target(DirectedEdge e, const EdgeSpan& along) const;
-    // The whole edge turned out free. Returns the node where the tool is now, at `end`.
+    // The whole edge turned out free. Returns the node where the tool is now, at `end`. Throws ContradictionError if the
+    // edge was touched from its other end, unless that was at `start` itself.
     NodeId learn_clear(DirectedEdge e, const EdgeSpan& along, NodeId start, const Point& end);
     // S was touched on the edge at roadmap node `contact`, coming from node `from` of the edge: its start, or (not
     // from_vertex) a point q within. `touch` numbers the touch for the caller.
@@ -199,25 +202,7 @@ private:
     std::vector<Delaunay::Cell_handle> conflict_;
     std::vector<Delaunay::Facet> hole_;
     std::vector<HoleFacet> hole_facets_;
-    std::vector<DirectedEdge> cropped_;
+    std::vector<Cropped> cropped_;
 };
-
-template <typename Visit>
-void MaintainedDelaunay::around_edge(CellId cell, int i, int j, const Visit& visit) const {
-    const Delaunay::Cell_handle first = handle(cell);
-    Delaunay::Cell_handle at = first;
-    int in = i;
-    int out = j;
-    do {
-        const CellId id = at->info();
-        visit(DirectedEdge{id, in}, out);
-        visit(DirectedEdge{id, out}, in);
-        // As in next_facet_around, on handles: this is the inner loop of what an insertion costs.
-        const Delaunay::Cell_handle next = at->neighbor(out);
-        out = next->index(at->vertex(in));
-        in = next->index(at);
-        at = next;
-    } while (at != first);
-}
 
 }  // namespace palpate

@@ -1,6 +1,13 @@
 #include "planner/internal/restricted_surface.h"
 
+#include <utility>
+
 namespace palpate {
+namespace {
+
+double approach_length(const Crossing& crossing) { return (crossing.near - crossing.from).norm(); }
+
+}  // namespace
 
 RestrictedSurface extract_surface(const MaintainedDelaunay& state) {
     RestrictedSurface surface;
@@ -14,7 +21,9 @@ RestrictedSurface extract_surface(const MaintainedDelaunay& state) {
             const double radius = state.crossing(e).ball_radius;
             if (state.recorded_state(back) == EdgeState::crossing) {
                 const double other = state.crossing(back).ball_radius;
-                if (other < radius || (other == radius && back.cell < cell)) continue;
+                // The same touch for both directions: S passes through one end, and the other end is the free side.
+                const auto rank = [&](DirectedEdge edge) { return std::pair(-approach_length(state.crossing(edge)), edge.cell); };
+                if (other < radius || (other == radius && rank(back) < rank(e))) continue;
             }
             surface.mesh.triangles.push_back(state.facet_samples(e));
             for (const std::uint32_t sample : surface.mesh.triangles.back()) used[sample] = true;

@@ -114,9 +114,9 @@ struct Roadmap::Search {
     Roadmap& map;
     const Point start;
     const Point goal;
-    double best = kInfinity;  // length of the best way so far ...
-    NodeId out = kNoNode;     // ... and where its parts end: the same node, or two on the boundary; ...
-    NodeId in = kNoNode;      // ... kNoNode: the best is the known way
+    double best = kInfinity;                                   // length of the best way so far ...
+    NodeId out = kNoNode;                                      // ... and where its parts end: the same node, or two on the boundary; ...
+    NodeId in = kNoNode;                                       // ... kNoNode: the best is the known way
     std::array<double, 2> boundary_key{kInfinity, kInfinity};  // least key of a settled node on the boundary
 
     Search(Roadmap& m, NodeId from, NodeId to) : map(m), start(m.at(from)), goal(m.at(to)) {
@@ -179,7 +179,8 @@ struct Roadmap::Search {
             const Link& to = map.links_[k];
             const double cost = l.cost + to.length;
             // A contact is a dead end: one link, back to where we come from.
-            const bool dead_end = map.links_[map.nodes_[to.to].first_link].next == kNoLink && !has_label(1 - side, to.to) && !map.on_boundary(to.to);
+            const bool dead_end =
+                map.links_[map.nodes_[to.to].first_link].next == kNoLink && !has_label(1 - side, to.to) && !map.on_boundary(to.to);
             if (!dead_end && key(side, to.to, cost) + other_least < best) push(side, to.to, node, cost);
         }
     }
@@ -217,6 +218,7 @@ Roadmap::Path Roadmap::short_path(NodeId from, NodeId to) {
         const bool goal_side = settled % 2 == 1;
         search.settle_next(search.least_key(goal_side ? 1 : 0) < kInfinity ? (goal_side ? 1 : 0) : (goal_side ? 0 : 1));
     }
+    if (search.out == kNoNode && known.out.empty()) throw std::logic_error("Roadmap: two nodes without a way between them");
     if (search.out != kNoNode) known = {search.trace(0, search.out), search.trace(1, search.in), search.best};
 
     for (const NodeId node : known.out) path.points.push_back(at(node));

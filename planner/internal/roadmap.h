@@ -39,10 +39,10 @@ public:
         double length = 0.0;        // mm
     };
     // A shortest way among those that leave ω at most once, if that can be told by looking at kMaxSettled nodes; if not,
-    // the shortest seen by then, and never longer than the way by which the tool first came from one end to the other.
-    // So a path costs the same however large the roadmap is. Same roadmap, same answer, byte for byte.
+    // the shortest seen by then, or along the recorded ways out of both ends, whichever is shorter. So a path costs the
+    // same however large the roadmap is. Same roadmap, same answer, byte for byte.
     [[nodiscard]] Path short_path(NodeId from, NodeId to);
-    static constexpr int kMaxSettled = 192;
+    static constexpr int kMaxSettled = 400;
 
     // The nodes joined to one by a segment. For tests.
     [[nodiscard]] std::vector<NodeId> neighbors(NodeId node) const;

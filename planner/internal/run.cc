@@ -37,7 +37,7 @@ Run::Run(SurfaceOracle& oracle, const Workspace& workspace, const Options& optio
 
 void Run::execute() {
     const std::vector<SeedFacet> seeds = touch_seeds(workspace_, options_, state_, tool_);
-    seeded_components_ = seeds.size();
+    for (const SeedFacet& seed : seeds) faceted_.insert(seed.samples[0]);
     // Seeds are exempt from the spacing; there are few of them.
     max_samples_ = state_.sample_count() + packing_bound(workspace_, criteria_.spacing(true));
     exploration_.sweep();
@@ -126,8 +126,20 @@ std::vector<std::uint32_t> Run::unrepresented(const RestrictedSurface& surface) 
 }
 
 bool Run::explore_unrepresented() {
-    for (const std::uint32_t sample : unrepresented(extract_surface(state_))) exploration_.note_surroundings(sample);
-    return exploration_.next().has_value();
+    const std::vector<std::uint32_t> samples = unrepresented(extract_surface(state_));
+    for (const std::uint32_t sample : samples) exploration_.note_surroundings(sample);
+    if (exploration_.next()) return true;
+    // Around a first touch nothing need be free yet but the way to it: it may need a facet of its own.
+    const std::vector<Touch> touches = tool_.touches();  // a copy: more come
+    for (const Touch& touch : touches) {
+        if (touch.role != Touch::Role::seed || !std::binary_search(samples.begin(), samples.end(), *touch.sample)) continue;
+        if (!faceted_.insert(*touch.sample).second) continue;
+        const Vector approach = (touch.position - touch.from).normalized();
+        if (!touch_seed_facet(workspace_, options_, state_, tool_, *touch.sample, approach)) continue;
+        exploration_.sweep();
+        return true;
+    }
+    return false;
 }
 
 bool Run::repair_defects() {
@@ -199,7 +211,6 @@ Result Run::result() {
     Evidence evidence;
     evidence.max_ball_radius = result.max_ball_radius;
     evidence.components = result.topology.components;
-    evidence.seeded_components = seeded_components_;
     evidence.unrepresented_touches = unrepresented(surface).size();
     evidence.seeds_given = !options_.seed_rays.empty();
     result.certificate = certify(options_, result.topology, evidence);

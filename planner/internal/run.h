@@ -1,6 +1,7 @@
 // One run of the planner: state, tool, exploration and criteria wired into the loop of thesis 8.2.
 #pragma once
 
+#include <set>
 #include <vector>
 
 #include "planner/criteria.h"
@@ -44,7 +45,9 @@ private:
         std::uint32_t generation = 0;
 
         // Largest ball first; among equals the first found.
-        friend bool operator<(const Bad& x, const Bad& y) { return x.ball_radius != y.ball_radius ? x.ball_radius < y.ball_radius : x.id > y.id; }
+        friend bool operator<(const Bad& x, const Bad& y) {
+            return x.ball_radius != y.ball_radius ? x.ball_radius < y.ball_radius : x.id > y.id;
+        }
     };
 
     const Workspace& workspace_;
@@ -54,9 +57,8 @@ private:
     MaintainedDelaunay state_;
     Tool tool_;
     Exploration exploration_;
-    std::vector<Bad> bad_;  // heap
-    std::vector<bool> surroundings_probed_;  // by sample
-    std::size_t seeded_components_ = 0;
+    std::vector<Bad> bad_;             // heap
+    std::set<std::uint32_t> faceted_;  // first touches that were given a seed facet, or for which that was tried
     std::size_t max_samples_ = 0;
     Point touched_min_;
     Point touched_max_;

@@ -2,6 +2,7 @@
 #pragma once
 
 #include <array>
+#include <optional>
 #include <vector>
 
 #include "planner/errors.h"
@@ -17,10 +18,16 @@ struct SeedFacet {
     Vector approach = Vector::Zero();  // unit
 };
 
-// Touches seeds and initialises `state` with them; then touches the dual edge of every seed facet, from outside ω along
-// the edge's line. Returns the seed facets whose crossing was found: no later sample removes them, because a sample is
-// farther than ε from all others and the facet's ball is smaller than ε/2 (thesis 4.2.1). Throws SeedError.
+// Touches seeds and initialises `state` with them: the user's, or one by rays towards the centre of ω, and a few more
+// first touches. Then gives every seed its facet, where that succeeds: the facets come back. Throws SeedError.
 std::vector<SeedFacet> touch_seeds(const Workspace& workspace, const Options& options, MaintainedDelaunay& state, Tool& tool);
+
+// Touches twice more beside a first touch (a sample, reached by a straight way from outside ω in direction `approach`),
+// inserts these samples, and touches the facet's dual edge, from outside ω along the edge's line. Nothing if the surface
+// around the sample does not allow it. No later sample removes the facet, because a sample is farther than ε from all
+// others and the facet's ball is smaller than ε/2 (thesis 4.2.1).
+std::optional<SeedFacet> touch_seed_facet(const Workspace& workspace, const Options& options, MaintainedDelaunay& state, Tool& tool,
+                                          std::uint32_t sample, const Vector& approach);
 
 // The k-th of an endless sequence of unit vectors whose every beginning is well spread over the sphere.
 [[nodiscard]] Vector spread_direction(int k);

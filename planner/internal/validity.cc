@@ -40,7 +40,8 @@ bool MaintainedDelaunay::is_valid(std::string* why) const {
                 valid &= check(cell.free && cells_[back.cell].free, e, "clear, but an end is not free");
                 valid &= check(!along || r.anchor != kNoNode, e, "clear inside the workspace without an anchor");
                 if (along && r.anchor != kNoNode) {
-                    valid &= check((roadmap_.at(r.anchor) - along->start_point()).norm() <= tolerance, e, "the anchor is not where the edge starts");
+                    valid &= check((roadmap_.at(r.anchor) - along->start_point()).norm() <= tolerance, e,
+                                   "the anchor is not where the edge starts");
                 }
                 continue;
             }
@@ -56,7 +57,8 @@ bool MaintainedDelaunay::is_valid(std::string* why) const {
                            "the crossing is beyond its edge");
             valid &= check(parameter(c.near) <= parameter(c.far) + tolerance, e, "the gap is upside down");
             if (c.from_vertex) {
-                valid &= check((c.from - along->start_point()).norm() <= tolerance, e, "the crossing was not seen from where the edge starts");
+                valid &=
+                    check((c.from - along->start_point()).norm() <= tolerance, e, "the crossing was not seen from where the edge starts");
             }
             const double radius = (c.near - samples_[facet_samples(e)[0]]).norm();
             valid &= check(std::abs(radius - c.ball_radius) <= tolerance, e, "the ball radius is wrong");

@@ -1,7 +1,7 @@
 // Too coarse an epsilon: a manifold of the right genus through the extra refinement of DESIGN section 4, or an honest
 // `incomplete`; never a silent defect.
 #include "devices/device_oracle.h"
-#include "subjects.h"
+#include "tests/end_to_end/subjects.h"
 
 namespace palpate {
 namespace {

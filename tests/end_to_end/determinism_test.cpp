@@ -1,6 +1,6 @@
 #include <cstring>
 
-#include "subjects.h"
+#include "tests/end_to_end/subjects.h"
 
 namespace palpate {
 namespace {

@@ -1,5 +1,5 @@
 // MaintainedDelaunay::is_valid after every insertion, and records against the ray caster while a run is under way.
-#include "subjects.h"
+#include "tests/end_to_end/subjects.h"
 
 namespace palpate {
 namespace {
@@ -24,7 +24,8 @@ TEST_P(Invariants, HoldAfterEveryInsertion) {
     }
 }
 
-INSTANTIATE_TEST_SUITE_P(Strategies, Invariants, ::testing::ValuesIn(all_strategies()), [](const auto& test) { return strategy_name(test.param); });
+INSTANTIATE_TEST_SUITE_P(Strategies, Invariants, ::testing::ValuesIn(all_strategies()),
+                         [](const auto& test) { return strategy_name(test.param); });
 
 }  // namespace
 }  // namespace palpate

@@ -1,6 +1,6 @@
 // Every object, at two epsilons, with every combination of refine and explore.
 #include "sim/truth.h"
-#include "subjects.h"
+#include "tests/end_to_end/subjects.h"
 
 namespace palpate {
 namespace {

@@ -1,7 +1,7 @@
 // Planar faces: four coplanar samples have a circumcentre anywhere (DESIGN section 7).
 #include <numbers>
 
-#include "subjects.h"
+#include "tests/end_to_end/subjects.h"
 
 namespace palpate {
 namespace {
@@ -21,7 +21,11 @@ TEST(Planar, SharpBoxAlongTheAxes) {
 TEST(Planar, SharpBoxAskewAndWithSeedsOnItsFaces) {
     ShapeSpec shape{RoundedBoxSpec{{1.6, 1.2, 0.8}, 0.0}};
     shape.rotate = Vector(10, 20, 30) * std::numbers::pi / 180;
-    const Subject box{"askew", shape, Workspace(Ball{Point::Zero(), 1.3}), {}, {{{0, 0, 1.5}, {0, 0, 0}}, {{1.5, 0, 0}, {0, 0, 0}}, {{0, -1.5, 0}, {0, 0, 0}}}};
+    const Subject box{"askew",
+                      shape,
+                      Workspace(Ball{Point::Zero(), 1.3}),
+                      {},
+                      {{{0, 0, 1.5}, {0, 0, 0}}, {{1.5, 0, 0}, {0, 0, 0}}, {{0, -1.5, 0}, {0, 0, 0}}}};
     for (const Strategy& strategy : all_strategies()) {
         SCOPED_TRACE(strategy_name(strategy));
         expect_right_result(FinishedRun(box, 0.1, strategy));

@@ -2,7 +2,7 @@
 #include <numbers>
 #include <random>
 
-#include "subjects.h"
+#include "tests/end_to_end/subjects.h"
 
 namespace palpate {
 namespace {
@@ -18,11 +18,21 @@ TEST_P(RandomShapes, EndWithTheTruth) {
     SCOPED_TRACE("seed " + std::to_string(GetParam()));
     ShapeSpec shape;
     switch (random_() % 5) {
-        case 0: shape.kind = EllipsoidSpec{{uniform(0.7, 1.2), uniform(0.7, 1.2), uniform(0.7, 1.2)}}; break;
-        case 1: shape.kind = TorusSpec{uniform(0.8, 1.2), uniform(0.25, 0.5)}; break;
-        case 2: shape.kind = CapsuleSpec{uniform(0.3, 0.6), uniform(0.3, 1.2)}; break;
-        case 3: shape.kind = RoundedBoxSpec{{uniform(0.8, 1.5), uniform(0.8, 1.5), uniform(0.8, 1.5)}, uniform(0.2, 0.4)}; break;
-        default: shape.kind = Genus2Spec{uniform(0.8, 1.2)}; break;
+        case 0:
+            shape.kind = EllipsoidSpec{{uniform(0.7, 1.2), uniform(0.7, 1.2), uniform(0.7, 1.2)}};
+            break;
+        case 1:
+            shape.kind = TorusSpec{uniform(0.8, 1.2), uniform(0.25, 0.5)};
+            break;
+        case 2:
+            shape.kind = CapsuleSpec{uniform(0.3, 0.6), uniform(0.3, 1.2)};
+            break;
+        case 3:
+            shape.kind = RoundedBoxSpec{{uniform(0.8, 1.5), uniform(0.8, 1.5), uniform(0.8, 1.5)}, uniform(0.2, 0.4)};
+            break;
+        default:
+            shape.kind = Genus2Spec{uniform(0.8, 1.2)};
+            break;
     }
     shape.at = {uniform(-5, 5), uniform(-5, 5), uniform(-5, 5)};
     shape.rotate = {uniform(0, 6), uniform(0, 6), uniform(0, 6)};

@@ -1,5 +1,5 @@
 // What the default strategy is for.
-#include "subjects.h"
+#include "tests/end_to_end/subjects.h"
 
 namespace palpate {
 namespace {

@@ -1,4 +1,4 @@
-#include "subjects.h"
+#include "tests/end_to_end/subjects.h"
 
 #include <algorithm>
 #include <map>
@@ -20,11 +20,22 @@ std::vector<Subject> make_subjects() {
                                                placed({EllipsoidSpec{{0.6, 0.5, 0.45}}}, {0.7, 0, 0.1}, {10, 20, 30})}};
     return {
         {"sphere", ShapeSpec{SphereSpec{1}}, Workspace(Ball{Point::Zero(), 1.2}), {0.16, 0.08}, {}},
-        {"ellipsoid", placed({EllipsoidSpec{{1, 0.8, 0.6}}}, {0.1, 0, 0}, {0, 30, 10}), Workspace(Ball{Point::Zero(), 1.3}), {0.16, 0.0575}, {}},
+        {"ellipsoid",
+         placed({EllipsoidSpec{{1, 0.8, 0.6}}}, {0.1, 0, 0}, {0, 30, 10}),
+         Workspace(Ball{Point::Zero(), 1.3}),
+         {0.16, 0.0575},
+         {}},
         {"torus", ShapeSpec{TorusSpec{1, 0.4}}, Workspace(Ball{Point::Zero(), 1.6}), {0.12, 0.06}, {}},
         {"genus2", ShapeSpec{Genus2Spec{1}}, Workspace(Box{{-1.5, -0.9, -0.4}, {1.5, 0.9, 0.4}}), {0.08, 0.032}, {}},
-        {"rounded_box", placed({RoundedBoxSpec{{1.6, 1.2, 0.8}, 0.3}}, {0, 0, 0}, {12, -20, 30}), Workspace(Ball{Point::Zero(), 1.4}), {0.15, 0.048}, {}},
-        {"two_components", two, Workspace(Ball{Point::Zero(), 1.7}), {0.12, 0.05},
+        {"rounded_box",
+         placed({RoundedBoxSpec{{1.6, 1.2, 0.8}, 0.3}}, {0, 0, 0}, {12, -20, 30}),
+         Workspace(Ball{Point::Zero(), 1.4}),
+         {0.15, 0.048},
+         {}},
+        {"two_components",
+         two,
+         Workspace(Ball{Point::Zero(), 1.7}),
+         {0.12, 0.05},
          {{{-0.8, 0.1, 1.6}, {-0.8, 0.1, 0}}, {{0.7, 0, 1.6}, {0.7, 0, 0.1}}}},
         {"bunny", MeshSpec{PALPATE_TEST_DATA "/bunny.off", 1.0}, Workspace(Ball{{0, 4.8, 0}, 7.5}), {0.4, 0.25}, {}},
     };
@@ -114,8 +125,8 @@ void expect_true_records(const FinishedRun& run) {
             if (known == EdgeState::clear) good &= crossings.empty();
             if (known == EdgeState::crossing) good &= !crossings.empty() && (crossings.front() - state.crossing(e).near).norm() < tolerance;
             if (good || ++wrong > 5) continue;
-            ADD_FAILURE() << "cell " << cell << ", facet " << i << ": state " << static_cast<int>(known) << ", " << crossings.size() << " crossings between "
-                          << span->start_point().transpose() << " and " << span->end_point().transpose();
+            ADD_FAILURE() << "cell " << cell << ", facet " << i << ": state " << static_cast<int>(known) << ", " << crossings.size()
+                          << " crossings between " << span->start_point().transpose() << " and " << span->end_point().transpose();
         }
     }
     EXPECT_EQ(wrong, 0U) << "of " << checked;

@@ -17,8 +17,8 @@ struct Subject {
     std::string name;
     ObjectSpec object;
     Workspace workspace;
-    std::vector<double> epsilons;      // mm
-    std::vector<Segment> seed_rays;    // empty: the default seeds
+    std::vector<double> epsilons;    // mm
+    std::vector<Segment> seed_rays;  // empty: the default seeds
 };
 
 // sphere, ellipsoid, torus, genus2, rounded_box, two_components, bunny: each at two epsilons.

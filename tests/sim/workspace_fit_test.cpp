@@ -6,7 +6,8 @@ namespace palpate {
 namespace {
 
 TEST(WorkspaceFit, AutoContainsTheObject) {
-    for (const ObjectSpec& spec : {ObjectSpec(MeshSpec{PALPATE_TEST_DATA "/bunny.off", 1.0}), ObjectSpec(ShapeSpec{TorusSpec{1, 0.4}, {3, -2, 5}})}) {
+    for (const ObjectSpec& spec :
+         {ObjectSpec(MeshSpec{PALPATE_TEST_DATA "/bunny.off", 1.0}), ObjectSpec(ShapeSpec{TorusSpec{1, 0.4}, {3, -2, 5}})}) {
         const HiddenObject object(spec);
         EXPECT_FALSE(point_outside(object, fitting_workspace(object)));
     }

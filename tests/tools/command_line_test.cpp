@@ -39,7 +39,8 @@ protected:
     }
     void write(const std::string& file, const std::string& content) const { std::ofstream(folder_ / file) << content; }
     void write_torus(double epsilon = 0.2) const {
-        write("torus.yaml", "object: {shape: {torus: {major: 1, minor: 0.4}}}\nworkspace: auto\nprobing: {epsilon: " + std::to_string(epsilon) + "}\n");
+        write("torus.yaml",
+              "object: {shape: {torus: {major: 1, minor: 0.4}}}\nworkspace: auto\nprobing: {epsilon: " + std::to_string(epsilon) + "}\n");
     }
 
     fs::path folder_;
@@ -56,7 +57,8 @@ TEST_F(CommandLine, HelpShowsExamplesAndExitCodes) {
 }
 
 TEST_F(CommandLine, BadUsageIsExitCode2) {
-    for (const std::string words : {"", "nonsense", "simulate", "simulate x.yaml", "check", "check a b", "bench", "simulate a -o b --up w"}) {
+    for (const std::string words :
+         {"", "nonsense", "simulate", "simulate x.yaml", "check", "check a b", "bench", "simulate a -o b --up w"}) {
         const Outcome outcome = palpate(words);
         EXPECT_EQ(outcome.exit_code, 2) << words;
         EXPECT_NE(outcome.err, "") << words;
@@ -78,7 +80,8 @@ TEST_F(CommandLine, SimulateLeavesACompleteSession) {
     EXPECT_EQ(summary.at("euler_characteristic"), 0);
     EXPECT_EQ(summary.at("components"), 1);
     EXPECT_EQ(summary.at("truth").at("unsafe_moves"), 0);
-    EXPECT_EQ(summary.at("probes").at("total"), summary.at("probes").at("contact").get<int>() + summary.at("probes").at("clear").get<int>());
+    EXPECT_EQ(summary.at("probes").at("total"),
+              summary.at("probes").at("contact").get<int>() + summary.at("probes").at("clear").get<int>());
     EXPECT_NEAR(summary.at("displacement").at("total").get<double>(), summary.at("truth").at("distance").get<double>(), 1e-6);
     // The folder describes itself: its own configuration gives the same touches, byte for byte.
     ASSERT_EQ(palpate("simulate session/config.yaml -o again").exit_code, 0);
@@ -139,7 +142,8 @@ TEST_F(CommandLine, MistakesAreSaidOnce) {
 
 TEST_F(CommandLine, AnObjectThatNoSeedTouchesSaysWhatToGive) {
     write("far.yaml",
-          "object: {shape: {sphere: {radius: 0.001}, at: [5, 5, 5]}}\nworkspace: {ball: {center: [0, 0, 0], radius: 10}}\nprobing: {epsilon: 0.0002}\n");
+          "object: {shape: {sphere: {radius: 0.001}, at: [5, 5, 5]}}\nworkspace: {ball: {center: [0, 0, 0], radius: 10}}\nprobing: "
+          "{epsilon: 0.0002}\n");
     const Outcome outcome = palpate("simulate far.yaml -o s");
     EXPECT_EQ(outcome.exit_code, 2);
     EXPECT_THAT(outcome.err, HasSubstr("seed_rays"));

@@ -1,0 +1,106 @@
+#include "devices/device_oracle.h"
+
+#include <gtest/gtest.h>
+
+#include <cstddef>
+#include <optional>
+#include <string>
+#include <vector>
+
+#include "devices/errors.h"
+
+namespace palpate {
+namespace {
+
+// A half-space x >= wall that the probe cannot enter, and a log of what was asked.
+class FakeDevice final : public ProbeDevice {
+public:
+    explicit FakeDevice(double wall) : wall_(wall) {}
+
+    [[nodiscard]] Point position() const override { return position_; }
+    [[nodiscard]] MoveResult guarded_move(const Point& target) override {
+        if (moves.size() == fault_at) throw DeviceError("cable pulled");
+        moves.push_back(target);
+        if (target.x() < wall_) {
+            position_ = target;
+            return {MoveResult::Outcome::reached, position_};
+        }
+        position_ += (wall_ - position_.x()) / (target.x() - position_.x()) * (target - position_);
+        return {MoveResult::Outcome::contact, position_};
+    }
+    void stop() override { ++stops; }
+
+    std::vector<Point> moves;
+    int stops = 0;
+    std::size_t fault_at = ~std::size_t{0};
+
+private:
+    double wall_;
+    Point position_ = Point::Zero();
+};
+
+TEST(DeviceOracle, TravelMovesThroughEveryPointInTurn) {
+    FakeDevice device(10);
+    DeviceOracle oracle(device);
+    const std::vector<Point> path = {{1, 0, 0}, {1, 2, 0}, {1, 2, 3}};
+    oracle.travel(path);
+    EXPECT_EQ(device.moves, path);
+    EXPECT_EQ(oracle.position(), Point(1, 2, 3));
+    oracle.travel({});
+    EXPECT_EQ(device.moves.size(), 3U);
+}
+
+TEST(DeviceOracle, ContactDuringTravelThrowsWithThePlaceAndGoesNoFarther) {
+    FakeDevice device(2);
+    DeviceOracle oracle(device);
+    const std::vector<Point> path = {{1, 0, 0}, {3, 4, 0}, {0, 0, 0}};
+    try {
+        oracle.travel(path);
+        FAIL() << "nothing was thrown";
+    } catch (const UnexpectedContact& contact) {
+        EXPECT_EQ(contact.where(), Point(2, 2, 0));
+        const std::string message = contact.what();
+        EXPECT_NE(message.find("(2.000000, 2.000000, 0.000000)"), std::string::npos) << message;
+        EXPECT_NE(message.find("travel"), std::string::npos) << message;
+    }
+    EXPECT_EQ(device.moves.size(), 2U);
+    EXPECT_EQ(oracle.position(), Point(2, 2, 0));
+}
+
+TEST(DeviceOracle, AnUnexpectedContactIsADeviceError) {
+    FakeDevice device(2);
+    DeviceOracle oracle(device);
+    const std::vector<Point> path = {{3, 0, 0}};
+    EXPECT_THROW(oracle.travel(path), DeviceError);
+}
+
+TEST(DeviceOracle, ProbeThatReachesItsTargetIsClear) {
+    FakeDevice device(2);
+    DeviceOracle oracle(device);
+    const ProbeAnswer answer = oracle.probe({1, 7, 0});
+    EXPECT_EQ(answer.outcome, ProbeAnswer::Outcome::clear);
+    EXPECT_EQ(answer.position, Point(1, 7, 0));
+    EXPECT_EQ(device.moves, std::vector<Point>({{1, 7, 0}}));
+}
+
+TEST(DeviceOracle, ProbeThatIsStoppedIsAContactWhereItStopped) {
+    FakeDevice device(2);
+    DeviceOracle oracle(device);
+    const ProbeAnswer answer = oracle.probe({4, 8, 0});
+    EXPECT_EQ(answer.outcome, ProbeAnswer::Outcome::contact);
+    EXPECT_EQ(answer.position, Point(2, 4, 0));
+    EXPECT_EQ(oracle.position(), Point(2, 4, 0));
+}
+
+TEST(DeviceOracle, FaultsPassThrough) {
+    FakeDevice device(2);
+    device.fault_at = 1;
+    DeviceOracle oracle(device);
+    const std::vector<Point> path = {{1, 0, 0}, {1, 1, 0}, {1, 1, 1}};
+    EXPECT_THROW(oracle.travel(path), DeviceError);
+    EXPECT_EQ(device.moves.size(), 1U);
+    EXPECT_THROW((void)oracle.probe({0, 0, 0}), DeviceError);
+}
+
+}  // namespace
+}  // namespace palpate

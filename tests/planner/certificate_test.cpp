@@ -1,0 +1,179 @@
+#include "planner/certificate.h"
+
+#include <gtest/gtest.h>
+
+#include <algorithm>
+#include <functional>
+#include <string>
+#include <vector>
+
+namespace palpate {
+namespace {
+
+using State = Premise::State;
+using Status = Certificate::Status;
+
+struct Case {
+    Options options;
+    Topology topology;
+    Evidence evidence;
+
+    [[nodiscard]] Certificate certify() const { return palpate::certify(options, topology, evidence); }
+};
+
+Case good_case() {
+    Case c;
+    c.options.epsilon = 0.16;
+    c.options.reach = 1.5;
+    c.topology.vertices = 4;
+    c.topology.edges = 6;
+    c.topology.facets = 4;
+    c.topology.components = 1;
+    c.topology.euler_characteristic = 2;
+    c.evidence.max_ball_radius = 0.15;
+    c.evidence.components = 1;
+    c.evidence.seeds_given = true;
+    return c;
+}
+
+const Premise& premise(const Certificate& certificate, const std::string& name) {
+    const auto found = std::find_if(certificate.premises.begin(), certificate.premises.end(),
+                                    [&](const Premise& p) { return p.name.find(name) != std::string::npos; });
+    EXPECT_NE(found, certificate.premises.end()) << name;
+    return *found;
+}
+
+bool promises_isotopy(const Certificate& certificate) {
+    std::string all = certificate.statement;
+    for (const Premise& p : certificate.premises) all += p.detail;
+    return all.find("isotop") != std::string::npos || all.find("Fréchet") != std::string::npos ||
+           all.find("homeomorph") != std::string::npos;
+}
+
+TEST(Certificate, CertifiedWhenEveryPremiseHolds) {
+    const Certificate c = good_case().certify();
+    EXPECT_EQ(c.status, Status::certified);
+    EXPECT_TRUE(promises_isotopy(c));
+    EXPECT_EQ(premise(c, "I1").state, State::checked);
+    EXPECT_EQ(premise(c, "I2").state, State::assumed);
+    EXPECT_EQ(premise(c, "I3").state, State::checked);
+    EXPECT_EQ(premise(c, "reach").state, State::assumed);
+    EXPECT_EQ(premise(c, "workspace").state, State::assumed);
+    EXPECT_EQ(premise(c, "touches").state, State::assumed);
+    for (const Premise& p : c.premises) {
+        EXPECT_FALSE(p.detail.empty()) << p.name;
+        // DESIGN section 4: who assumes it.
+        if (p.state == State::assumed) {
+            EXPECT_NE(p.detail.find("user"), std::string::npos) << p.name;
+        }
+    }
+}
+
+TEST(Certificate, ConditionalWithoutAReachBoundAndSaysWhatWouldDo) {
+    Case c = good_case();
+    c.options.reach.reset();
+    const Certificate certificate = c.certify();
+    EXPECT_EQ(certificate.status, Status::conditional);
+    EXPECT_EQ(premise(certificate, "reach").state, State::missing);
+    EXPECT_NE(premise(certificate, "reach").detail.find("1 mm would do"), std::string::npos) << premise(certificate, "reach").detail;
+    EXPECT_FALSE(promises_isotopy(certificate));
+    EXPECT_NE(certificate.statement.find("not guaranteed"), std::string::npos);
+}
+
+TEST(Certificate, ConditionalWhenTheReachBoundIsTooSmallForEpsilon) {
+    Case c = good_case();
+    c.options.reach = 0.999;
+    EXPECT_EQ(c.certify().status, Status::conditional);
+    EXPECT_EQ(premise(c.certify(), "reach").state, State::missing);
+    EXPECT_FALSE(promises_isotopy(c.certify()));
+    c.options.reach = c.options.epsilon / kMaxEpsilonPerReach;
+    EXPECT_EQ(c.certify().status, Status::certified) << "exactly at the limit";
+}
+
+TEST(Certificate, IncompleteAndNothingPromisedWhenI1Fails) {
+    const std::vector<std::function<void(Case&)>> ways = {
+        [](Case& c) {
+            c.topology.defects.push_back({Defect::Kind::boundary_edge, {0, 1}, {0}}), c.topology.boundary_edges = 1;
+        },
+        [](Case& c) {
+            c.topology.defects.push_back({Defect::Kind::nonmanifold_edge, {0, 1}, {0, 1, 2}}), c.topology.nonmanifold_edges = 1;
+        },
+        [](Case& c) {
+            c.topology.defects.push_back({Defect::Kind::inconsistent_edge, {0, 1}, {0, 1}}), c.topology.inconsistent_edges = 1;
+        },
+        [](Case& c) {
+            c.topology.defects.push_back({Defect::Kind::split_vertex, {0, 0}, {0, 1}}), c.topology.split_vertices = 1;
+        },
+        [](Case& c) { c.topology.inward_components = 1; },
+        [](Case& c) { c.evidence.open_edges = 1; },
+        [](Case& c) { c.topology = {}; },
+    };
+    for (std::size_t k = 0; k < ways.size(); ++k) {
+        SCOPED_TRACE(k);
+        Case c = good_case();
+        ways[k](c);
+        const Certificate certificate = c.certify();
+        EXPECT_EQ(certificate.status, Status::incomplete);
+        EXPECT_EQ(premise(certificate, "I1").state, State::refuted);
+        EXPECT_FALSE(promises_isotopy(certificate));
+        EXPECT_NE(certificate.statement.find("Nothing is guaranteed"), std::string::npos);
+    }
+    Case c = good_case();
+    ways[1](c);
+    EXPECT_NE(premise(c.certify(), "I1").detail.find("1 non-manifold"), std::string::npos) << "the evidence is named";
+}
+
+TEST(Certificate, IncompleteWhenATouchIsNotRepresented) {
+    Case c = good_case();
+    c.evidence.unrepresented_touches = 3;
+    const Certificate certificate = c.certify();
+    EXPECT_EQ(certificate.status, Status::incomplete);
+    EXPECT_EQ(premise(certificate, "I2").state, State::refuted);
+    EXPECT_NE(premise(certificate, "I2").detail.find("3 samples"), std::string::npos);
+    EXPECT_FALSE(promises_isotopy(certificate));
+}
+
+TEST(Certificate, SaysWhetherTheUserGaveSeeds) {
+    Case c = good_case();
+    const std::string with = premise(c.certify(), "I2").detail;
+    c.evidence.seeds_given = false;
+    const std::string without = premise(c.certify(), "I2").detail;
+    EXPECT_NE(with, without);
+    EXPECT_NE(without.find("gave no seed rays"), std::string::npos) << without;
+    EXPECT_EQ(c.certify().status, Status::certified) << "one component, as the user says by silence";
+}
+
+TEST(Certificate, IncompleteWhenABallIsTooLarge) {
+    Case c = good_case();
+    c.evidence.max_ball_radius = c.options.epsilon;
+    EXPECT_EQ(premise(c.certify(), "I3").state, State::checked) << "exactly at the limit";
+    c.evidence.max_ball_radius = 0.1601;
+    const Certificate certificate = c.certify();
+    EXPECT_EQ(certificate.status, Status::incomplete);
+    EXPECT_EQ(premise(certificate, "I3").state, State::refuted);
+    EXPECT_FALSE(promises_isotopy(certificate));
+}
+
+// DESIGN section 4: never print a guarantee whose premise was not given. All combinations.
+TEST(Certificate, PromisesIsotopyExactlyWhenCertified) {
+    for (int mask = 0; mask < 64; ++mask) {
+        Case c = good_case();
+        if ((mask & 1) != 0) c.evidence.open_edges = 2;
+        if ((mask & 2) != 0) c.evidence.unrepresented_touches = 2;
+        if ((mask & 4) != 0) c.evidence.max_ball_radius = 1;
+        if ((mask & 8) != 0) c.options.reach.reset();
+        if ((mask & 16) != 0) c.options.reach = 0.1;
+        if ((mask & 32) != 0) c.evidence.seeds_given = false;
+        const Certificate certificate = c.certify();
+        const Status expected = (mask & 7) != 0 ? Status::incomplete : (mask & 24) != 0 ? Status::conditional : Status::certified;
+        EXPECT_EQ(certificate.status, expected) << mask;
+        EXPECT_EQ(promises_isotopy(certificate), expected == Status::certified) << mask;
+        const bool all_hold = std::all_of(certificate.premises.begin(), certificate.premises.end(),
+                                          [](const Premise& p) { return p.state == State::checked || p.state == State::assumed; });
+        EXPECT_EQ(all_hold, expected == Status::certified) << mask;
+        EXPECT_FALSE(certificate.statement.empty());
+    }
+}
+
+}  // namespace
+}  // namespace palpate

@@ -1,0 +1,175 @@
+// What the tests of planner/ share: seeded random numbers, workspaces, solids in closed form and an oracle on them.
+#pragma once
+
+#include <Eigen/Geometry>
+#include <algorithm>
+#include <cmath>
+#include <cstdint>
+#include <limits>
+#include <numbers>
+#include <optional>
+#include <random>
+#include <span>
+#include <string>
+#include <utility>
+#include <vector>
+
+#include "planner/geometry.h"
+#include "planner/surface_oracle.h"
+#include "planner/workspace.h"
+
+namespace palpate {
+
+class Random {
+public:
+    explicit Random(std::uint64_t seed) : engine_(seed) {}
+
+    double uniform(double low, double high) { return low + (high - low) * static_cast<double>(engine_() >> 11U) * 0x1p-53; }
+    std::size_t below(std::size_t n) { return static_cast<std::size_t>(engine_() % n); }
+    bool chance(double probability) { return uniform(0, 1) < probability; }
+    Point in_box(const Point& low, const Point& high) {
+        return {uniform(low.x(), high.x()), uniform(low.y(), high.y()), uniform(low.z(), high.z())};
+    }
+    Vector direction() {
+        while (true) {
+            const Vector v = in_box(Point::Constant(-1), Point::Constant(1));
+            if (v.norm() > 0.1 && v.norm() < 1) return v.normalized();
+        }
+    }
+    Point on_boundary(const Workspace& workspace) {
+        if (const auto* ball = std::get_if<Ball>(&workspace.shape())) return ball->center + ball->radius * direction();
+        const auto& box = std::get<Box>(workspace.shape());
+        Point p = in_box(box.min, box.max);
+        const auto axis = static_cast<int>(below(3));
+        p[axis] = chance(0.5) ? box.min[axis] : box.max[axis];
+        return p;
+    }
+    template <typename T>
+    const T& one_of(const std::vector<T>& values) {
+        return values[below(values.size())];
+    }
+
+private:
+    std::mt19937_64 engine_;
+};
+
+inline std::string seed_text(std::uint64_t seed) { return "seed " + std::to_string(seed); }
+
+// How deep p lies inside ω, in mm; negative outside.
+inline double depth(const Workspace& workspace, const Point& p) {
+    if (const auto* ball = std::get_if<Ball>(&workspace.shape())) return ball->radius - (p - ball->center).norm();
+    const auto& box = std::get<Box>(workspace.shape());
+    return std::min((p - box.min).minCoeff(), (box.max - p).minCoeff());
+}
+
+// A union of balls and boxes: every line meets it in intervals that are known in closed form.
+class Solid {
+public:
+    Solid& add(const Ball& ball) {
+        parts_.push_back(Workspace(ball));
+        return *this;
+    }
+    Solid& add(const Box& box) {
+        parts_.push_back(Workspace(box));
+        return *this;
+    }
+
+    // Where the line x(t) = origin + t · direction (of unit length) runs inside the solid, in order, disjoint. A negative
+    // `offset` (mm) asks for the solid without its outermost layer.
+    [[nodiscard]] std::vector<Interval> inside(const Point& origin, const Vector& direction, double offset = 0) const {
+        std::vector<Interval> pieces;
+        for (const Workspace& part : parts_) {
+            if (const auto piece = grown(part, offset).clip(origin, direction)) pieces.push_back(*piece);
+        }
+        std::sort(pieces.begin(), pieces.end(), [](const Interval& x, const Interval& y) { return x.low < y.low; });
+        std::vector<Interval> merged;
+        for (const Interval& piece : pieces) {
+            if (!merged.empty() && piece.low <= merged.back().high) {
+                merged.back().high = std::max(merged.back().high, piece.high);
+            } else {
+                merged.push_back(piece);
+            }
+        }
+        return merged;
+    }
+
+    // Does the segment come deeper than `tolerance` into the solid?
+    [[nodiscard]] bool meets(const Point& a, const Point& b, double tolerance) const {
+        if (a == b) return depth_at(a) > tolerance;
+        const double length = (b - a).norm();
+        for (const Interval& piece : inside(a, (b - a) / length, -tolerance)) {
+            if (piece.low < length && piece.high > 0) return true;
+        }
+        return false;
+    }
+
+    // How deep p lies in the part that it lies deepest in, in mm; negative outside.
+    [[nodiscard]] double depth_at(const Point& p) const {
+        double deepest = -std::numeric_limits<double>::infinity();
+        for (const Workspace& part : parts_) deepest = std::max(deepest, depth(part, p));
+        return deepest;
+    }
+
+    // The first point of the solid on the segment.
+    [[nodiscard]] std::optional<Point> first_hit(const Point& from, const Point& to) const {
+        const double length = (to - from).norm();
+        if (length == 0) return std::nullopt;
+        const Vector direction = (to - from) / length;
+        for (const Interval& piece : inside(from, direction)) {
+            if (piece.low >= 0 && piece.low <= length) return from + piece.low * direction;
+        }
+        return std::nullopt;
+    }
+
+    [[nodiscard]] Point surface_point(Random& random) const {
+        while (true) {
+            const Point p = random.on_boundary(random.one_of(parts_));
+            if (depth_at(p) < 1e-9) return p;
+        }
+    }
+
+private:
+    static Workspace grown(const Workspace& part, double offset) {
+        if (const auto* ball = std::get_if<Ball>(&part.shape())) return Workspace(Ball{ball->center, ball->radius + offset});
+        const auto& box = std::get<Box>(part.shape());
+        return Workspace(Box{box.min - Vector::Constant(offset), box.max + Vector::Constant(offset)});
+    }
+
+    std::vector<Workspace> parts_;  // a workspace is the same kind of thing
+};
+
+// Answers on a solid, and keeps the account of the tool's motion by itself.
+class SolidOracle final : public SurfaceOracle {
+public:
+    SolidOracle(Solid solid, const Point& start) : solid_(std::move(solid)), position_(start) {}
+
+    [[nodiscard]] Point position() const override { return position_; }
+    void travel(std::span<const Point> path) override {
+        for (const Point& p : path) {
+            travels.push_back({position_, p});
+            travel_length += (p - position_).norm();
+            position_ = p;
+        }
+    }
+    [[nodiscard]] ProbeAnswer probe(const Point& target) override {
+        const std::optional<Point> hit = solid_.first_hit(position_, target);
+        const Point stop = hit.value_or(target);
+        probes.push_back({position_, stop});
+        probing_length += (stop - position_).norm();
+        contacts += hit ? 1 : 0;
+        position_ = stop;
+        return {hit ? ProbeAnswer::Outcome::contact : ProbeAnswer::Outcome::clear, stop};
+    }
+
+    std::vector<Segment> travels;
+    std::vector<Segment> probes;
+    double travel_length = 0;
+    double probing_length = 0;
+    std::size_t contacts = 0;
+
+private:
+    Solid solid_;
+    Point position_;
+};
+
+}  // namespace palpate

@@ -1,0 +1,25 @@
+// Places on a grid that is seen: the picture's samples, or the texels of a shadow map.
+//
+// Notation: a *sample* is one of the supersampling² places of a pixel. *Nearness* grows towards the viewer and is affine
+// on the screen: 1/z in perspective, -z in parallel projection, so that it may be interpolated linearly.
+#pragma once
+
+#include <cstddef>
+#include <limits>
+
+namespace palpate {
+
+struct Screen {
+    double x = 0.0;  // samples, rightwards
+    double y = 0.0;  // samples, downwards
+    double nearness = 0.0;
+};
+
+constexpr float kNowhere = -std::numeric_limits<float>::infinity();  // the nearness where nothing is seen
+
+// In a grid that is stored row by row.
+[[nodiscard]] constexpr std::size_t place_in_grid(int column, int row, int columns) {
+    return static_cast<std::size_t>(row) * static_cast<std::size_t>(columns) + static_cast<std::size_t>(column);
+}
+
+}  // namespace palpate

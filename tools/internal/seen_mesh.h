@@ -1,0 +1,40 @@
+// The mesh through the camera: its triangles on the screen, and its surface under a place there.
+#pragma once
+
+#include <array>
+#include <cstddef>
+#include <vector>
+
+#include "planner/geometry.h"
+#include "tools/internal/camera.h"
+#include "tools/internal/screen.h"
+
+namespace palpate {
+
+struct SurfacePoint {
+    Point position = Point::Zero();
+    Vector normal = Vector::Zero();  // unit, on the viewer's side
+};
+
+class SeenMesh {
+public:
+    // Both have to outlive it.
+    SeenMesh(const TriangleMesh& mesh, const Camera& camera);
+
+    [[nodiscard]] std::array<Screen, 3> corners(std::size_t t) const;
+    // Where triangle `t` is under a place on the screen.
+    [[nodiscard]] SurfacePoint surface(std::size_t t, double x, double y) const;
+    // From a place in triangle `t` to its nearest edge, in samples.
+    [[nodiscard]] double edge_distance(std::size_t t, double x, double y) const;
+
+private:
+    const TriangleMesh& mesh_;
+    const Camera& camera_;
+    std::vector<std::array<Vector, 3>> normals_;  // per triangle and corner
+    std::vector<Screen> places_;                  // of the mesh's points
+};
+
+// mm; the mesh has triangles.
+[[nodiscard]] double median_edge(const TriangleMesh& mesh);
+
+}  // namespace palpate
