@@ -2,6 +2,7 @@
 
 #include <cmath>
 #include <numbers>
+#include <sstream>
 #include <stdexcept>
 
 #include "planner/internal/run.h"
@@ -9,7 +10,16 @@
 namespace palpate {
 namespace {
 
-void validate(const Options& options) {
+// Coordinates are doubles, with 2^-53 ~ 1e-16 of relative rounding; seed facets are ε/64 small, circumcentres lose some
+// 1e5 of it (internal/dual_line.h). Below this share of the coordinates, ε is not safely above that.
+constexpr double kLeastEpsilonPerCoordinate = 1e-8;
+// Squares and cubes of lengths must stay in the range of double.
+constexpr double kLeastLength_mm = 1e-30;
+constexpr double kGreatestLength_mm = 1e30;
+
+}  // namespace
+
+void check_options(const Workspace& workspace, const Options& options) {
     const auto positive = [](double x) { return std::isfinite(x) && x > 0; };
     if (!positive(options.epsilon)) throw std::invalid_argument("epsilon must be positive and finite");
     if (options.reach && !positive(*options.reach)) throw std::invalid_argument("reach must be positive and finite");
@@ -20,14 +30,22 @@ void validate(const Options& options) {
             throw std::invalid_argument("a seed ray needs two different finite points");
         }
     }
+    const double coordinates = workspace.center().cwiseAbs().maxCoeff() + workspace.radius();
+    if (coordinates > kGreatestLength_mm || options.epsilon < kLeastLength_mm) {
+        throw std::invalid_argument("workspace or epsilon is out of the range of lengths, 1e-30 to 1e30 mm: choose other units");
+    }
+    if (options.epsilon < kLeastEpsilonPerCoordinate * coordinates) {
+        std::ostringstream message;
+        message << "epsilon = " << options.epsilon << " mm is below 1e-8 of the workspace's coordinates (up to " << coordinates
+                << " mm), too fine for double precision: make it larger, the workspace smaller, or move the workspace nearer to the origin";
+        throw std::invalid_argument(message.str());
+    }
 }
-
-}  // namespace
 
 double lower_bound_samples(double area, double epsilon) { return 2 * area / (3 * std::numbers::sqrt3 * epsilon * epsilon); }
 
 Result probe_surface(SurfaceOracle& oracle, const Workspace& workspace, const Options& options, const Observer& observer) {
-    validate(options);
+    check_options(workspace, options);
     Run run(oracle, workspace, options, observer);
     run.execute();
     return run.result();

@@ -38,8 +38,12 @@ struct Observer {
     std::function<void(const MaintainedDelaunay&)> on_insertion;  // after every sample; see planner/internal
 };
 
+// Throws std::invalid_argument, which names what to change, on options that make no sense, and where double coordinates
+// could not tell points apart that the run must tell apart.
+void check_options(const Workspace& workspace, const Options& options);
+
 // Probes until every facet of Ŝ fulfils the criteria. Throws SeedError and ContradictionError (planner/errors.h),
-// std::invalid_argument on options or a start of the tool that make no sense, and what the oracle throws.
+// std::invalid_argument as check_options does or on a start of the tool inside ω, and what the oracle throws.
 [[nodiscard]] Result probe_surface(SurfaceOracle& oracle, const Workspace& workspace, const Options& options,
                                    const Observer& observer = {});
 

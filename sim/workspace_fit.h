@@ -11,8 +11,11 @@ namespace palpate {
 // A ball around the object's bounds, with a twentieth of its radius to spare.
 [[nodiscard]] Workspace fitting_workspace(const HiddenObject& object);
 
-// A point of S outside ω, if one is found: none where ω contains the bounds; otherwise 50,000 points of S, uniform by
-// area, are looked at, so a tip smaller than their spacing may be missed. Same object, same answer.
+// A point of S outside ω, or nearer to its boundary than kClearance of its radius (the tool passes there), if one is found:
+// none where the bounds are well inside; otherwise 50,000 points of S, uniform by area, and the points of S nearest to far
+// places beyond the outermost ones are looked at, so a tip smaller than their spacing may be missed. Same object, same
+// answer.
 [[nodiscard]] std::optional<Point> point_outside(const HiddenObject& object, const Workspace& workspace);
+inline constexpr double kClearance = 1e-4;
 
 }  // namespace palpate

@@ -24,8 +24,29 @@
 namespace palpate {
 namespace {
 
+// A reach written with a few digits less than the true one has is not a false one.
+constexpr double kRounding = 1e-6;
+
 void print_warnings(const HiddenObject& object) {
     for (const std::string& warning : object.warnings()) spdlog::warn("{}", warning);
+}
+
+// A simulation knows better than the user; a certificate that rests on a false premise should not go unnoticed.
+void warn_of_false_reach(const SessionConfig& config, const HiddenObject& object) {
+    if (config.probing.reach && object.reach() && *config.probing.reach > *object.reach() * (1 + kRounding)) {
+        spdlog::warn("probing.reach = {} mm is more than the object's true reach, {} mm: what the certificate rests on is false",
+                     *config.probing.reach, *object.reach());
+    }
+}
+
+void warn_of_other_truth(const Simulation& run) {
+    const Topology& found = run.result.topology;
+    if (found.euler_characteristic != run.truth.euler_characteristic || static_cast<int>(found.components) != run.truth.components) {
+        spdlog::warn(
+            "the mesh has {} component(s) and Euler characteristic {}, the hidden object {} and {}: make epsilon smaller, or give seed "
+            "rays",
+            found.components, found.euler_characteristic, run.truth.components, run.truth.euler_characteristic);
+    }
 }
 
 // Runs with a progress line on standard error.
@@ -91,8 +112,10 @@ ExitCode run(const SimulateCommand& command, std::ostream& out) {
     const Scene scene = build_scene(config);
     print_warnings(scene.object);
     prepare_session_folder(command.folder, command.force);
-    write_file(command.folder / "config.yaml", write_config(config));
+    warn_of_false_reach(config, scene.object);
     const Simulation run = simulate_with_progress(config, scene);
+    warn_of_other_truth(run);
+    write_file(command.folder / "config.yaml", write_config(config));
     write_file(command.folder / "mesh.ply", to_ply(run.result.mesh));
     write_file(command.folder / "touches.csv", to_csv(run.result.touches));
     write_file(command.folder / "summary.json", to_json(run, config.probing.epsilon));
@@ -112,6 +135,7 @@ ExitCode run(const CheckCommand& command, std::ostream& out) {
     const SessionConfig config = read_config(command.config, command.overrides);
     const Scene scene = build_scene(config);
     print_warnings(scene.object);
+    warn_of_false_reach(config, scene.object);
     const Bounds& bounds = scene.object.bounds();
     const Options& probing = config.probing;
     out << "object         (" << bounds.min.transpose() << ") to (" << bounds.max.transpose() << ") mm, " << scene.object.components()
@@ -133,21 +157,41 @@ ExitCode run(const CheckCommand& command, std::ostream& out) {
 ExitCode run(const BenchCommand& command, std::ostream& out) {
     std::vector<Strategy> strategies;
     for (const std::string& name : command.strategies) strategies.push_back(parse_strategy(name));
-    std::vector<BenchRow> rows;
-    bool incomplete = false;
+    // All that can fail without a run fails before the first.
+    const std::filesystem::path csv = command.output.string() + ".csv";
+    const std::filesystem::path json = command.output.string() + ".json";
+    for (const auto& file : {csv, json}) {
+        if (!command.force && std::filesystem::exists(file)) {
+            throw OutputError(file.string() + ": exists; choose another name with -o, or give --force to replace it");
+        }
+    }
+    if (!std::filesystem::exists(csv)) {
+        write_file(csv, "");
+        std::filesystem::remove(csv);
+    }
+    std::vector<std::pair<SessionConfig, Scene>> scenes;
     for (const auto& file : command.configs) {
         SessionConfig config = read_config(file, command.overrides);
-        const Scene scene = build_scene(config);
+        Scene scene = build_scene(config);
         print_warnings(scene.object);
+        warn_of_false_reach(config, scene.object);
+        scenes.emplace_back(std::move(config), std::move(scene));
+    }
+
+    std::vector<BenchRow> rows;
+    bool incomplete = false;
+    for (std::size_t k = 0; k < scenes.size(); ++k) {
+        auto& [config, scene] = scenes[k];
         for (const Strategy& strategy : strategies) {
             config.probing.strategy = strategy;
-            rows.push_back({file.stem().string(), strategy, config.probing.epsilon, simulate_with_progress(config, scene)});
+            rows.push_back({command.configs[k].stem().string(), strategy, config.probing.epsilon, simulate_with_progress(config, scene)});
+            warn_of_other_truth(rows.back().run);
             incomplete |= rows.back().run.result.certificate.status == Certificate::Status::incomplete;
         }
     }
     out << bench_table(rows);
-    write_file(command.output.string() + ".csv", bench_csv(rows));
-    write_file(command.output.string() + ".json", bench_json(rows));
+    write_file(csv, bench_csv(rows));
+    write_file(json, bench_json(rows));
     return incomplete ? ExitCode::incomplete : ExitCode::done;
 }
 

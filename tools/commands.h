@@ -33,6 +33,7 @@ struct BenchCommand {
     std::vector<std::string> strategies;
     std::filesystem::path output;  // without extension
     std::vector<std::string> overrides;
+    bool force = false;  // replace output that is there
 };
 
 // Results go to `out`, progress and warnings to standard error. They throw what the parts throw; see exit_code_of.

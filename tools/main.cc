@@ -6,6 +6,7 @@
 #include <iostream>
 
 #include "tools/commands.h"
+#include "tools/session_files.h"
 
 int main(int argc, char** argv) {
     using namespace palpate;
@@ -59,6 +60,7 @@ int main(int argc, char** argv) {
         ->delimiter(',')
         ->capture_default_str();
     bench_app->add_option("-o,--output", bench.output, "Write FILE.csv and FILE.json")->type_name("FILE")->capture_default_str();
+    bench_app->add_flag("--force", bench.force, "Replace FILE.csv and FILE.json if they are there");
     add_overrides(bench_app, bench.overrides);
     bench_app->footer("Example: palpate bench config/examples/*.yaml --strategy thesis,eager+exhaustive,default -o comparison");
 
@@ -78,6 +80,7 @@ int main(int argc, char** argv) {
             code = run(bench, std::cout);
         }
         std::cout.flush();
+        if (!std::cout) throw OutputError("standard output cannot be written: is the disk full, or the reader gone?");
         return static_cast<int>(code);
     } catch (...) {
         return static_cast<int>(explain_current_exception());

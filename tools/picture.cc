@@ -128,7 +128,7 @@ void Painter::gather_light() {
         all_on_floor += on_floor(light);
     }
     for (const Light& light : lights) {
-        const ShadowMap shadow(mesh_, camera_.center(), camera_.radius(), light.direction, texels);
+        const ShadowMap shadow(mesh_, camera_, light.direction, texels);
         for (const auto& [surface, pixel] : spots) {
             if (const auto cosine = static_cast<float>(surface.normal.dot(light.direction)); cosine > 0.0F) {
                 light_[pixel] += cosine * shadow.lit(surface.position, surface.normal) * light.intensity;

@@ -106,6 +106,8 @@ void prepare_session_folder(const fs::path& folder, bool force) {
     }
     fs::create_directories(folder, error);
     if (error || !fs::is_directory(folder)) throw OutputError(folder.string() + ": cannot make this folder: " + error.message());
+    write_file(folder / "palpate.trial", "");
+    fs::remove(folder / "palpate.trial", error);
 }
 
 void write_file(const fs::path& file, const std::string& content) {

@@ -15,8 +15,8 @@ public:
     using std::runtime_error::runtime_error;
 };
 
-// Makes the folder, before a run that would otherwise be lost. Throws OutputError if it holds a session already and not
-// `force`, or cannot be made.
+// Makes the folder and tries it, before a run that would otherwise be lost; a session that is there stays as it is. Throws
+// OutputError if it holds a session already and not `force`, or cannot be made or written.
 void prepare_session_folder(const std::filesystem::path& folder, bool force);
 
 // Writes a whole file, or leaves what was there as it was. Throws OutputError.

@@ -60,10 +60,13 @@ Scene build_scene(const SessionConfig& config) {
     if (const auto outside = point_outside(object, workspace)) {
         std::ostringstream message;
         const Bounds& bounds = object.bounds();
-        message << "workspace: the object is not inside it: it has a point at (" << outside->transpose() << "); its bounds are ("
-                << bounds.min.transpose() << ") to (" << bounds.max.transpose() << "); make the workspace larger, or say workspace: auto";
+        message << "workspace: the object is not well inside it: it has a point at (" << outside->transpose()
+                << "), outside or at the boundary, where the "
+                << "tool moves; its bounds are (" << bounds.min.transpose() << ") to (" << bounds.max.transpose()
+                << "); make the workspace larger, or say workspace: auto";
         throw SetupError(message.str());
     }
+    check_options(workspace, config.probing);
     return {std::move(object), std::move(workspace)};
 }
 

@@ -19,7 +19,8 @@ constexpr double kAlmostDone = 0.99;
 // Balls of half the spacing around samples are disjoint and lie in ω, grown by half the spacing.
 std::size_t packing_bound(const Workspace& workspace, double spacing) {
     const double bound = std::pow((workspace.radius() + spacing / 2) / (spacing / 2), 3);
-    return bound < 1e18 ? static_cast<std::size_t>(bound) + 1 : ~std::size_t{0};
+    constexpr double kBeyondAnyRun = 1e18;  // fits a size_t, with room for the seeds
+    return static_cast<std::size_t>(std::min(bound, kBeyondAnyRun)) + 1;
 }
 
 }  // namespace
@@ -129,10 +130,11 @@ bool Run::explore_unrepresented() {
     const std::vector<std::uint32_t> samples = unrepresented(extract_surface(state_));
     for (const std::uint32_t sample : samples) exploration_.note_surroundings(sample);
     if (exploration_.next()) return true;
-    // Around a first touch nothing need be free yet but the way to it: it may need a facet of its own.
+    // Around a first touch nothing need be free yet but the way to it: it may need a facet of its own. So may a touch of
+    // another component.
     const std::vector<Touch> touches = tool_.touches();  // a copy: more come
     for (const Touch& touch : touches) {
-        if (touch.role != Touch::Role::seed || !std::binary_search(samples.begin(), samples.end(), *touch.sample)) continue;
+        if (!touch.sample || !std::binary_search(samples.begin(), samples.end(), *touch.sample)) continue;
         if (!faceted_.insert(*touch.sample).second) continue;
         const Vector approach = (touch.position - touch.from).normalized();
         if (!touch_seed_facet(workspace_, options_, state_, tool_, *touch.sample, approach)) continue;
@@ -144,22 +146,45 @@ bool Run::explore_unrepresented() {
 
 bool Run::repair_defects() {
     const RestrictedSurface surface = extract_surface(state_);
-    const Topology topology = analyse_topology(surface.mesh);
     // By crossing, not by edge: an insertion may move or remove the next one.
     std::vector<Bad> to_refine;
-    for (const Defect& defect : topology.defects) {
+    const auto refine_largest = [&](const std::vector<std::uint32_t>& facets) {
         Bad largest;
-        for (const std::uint32_t facet : defect.facets) {
+        for (const std::uint32_t facet : facets) {
             const CrossingId id = state_.crossing_id(surface.dual_edges[facet]);
             largest = std::max(largest, Bad{surface.ball_radii[facet], id, state_.generation_of(id)});
         }
         if (criteria_.may_repair(largest.ball_radius)) to_refine.push_back(largest);
-    }
+    };
+    for (const Defect& defect : analyse_topology(surface.mesh).defects) refine_largest(defect.facets);
+    // A touch that no facet uses; if it is on a component of its own, give probing.seed_rays a ray to it is a defect as well: Ŝ is too
+    // coarse to see what was touched.
+    for (const std::uint32_t sample : unrepresented(surface)) refine_largest(facets_near(surface, sample));
     std::sort(to_refine.rbegin(), to_refine.rend());
+    bool inserted = false;
     for (const Bad& ball : to_refine) {
-        if (const auto e = state_.edge_of(ball.id, ball.generation)) insert(*e, Touch::Role::repair);
+        if (const auto e = state_.edge_of(ball.id, ball.generation)) {
+            insert(*e, Touch::Role::repair);
+            inserted = true;
+        }
     }
-    return !to_refine.empty();
+    return inserted;
+}
+
+std::vector<std::uint32_t> Run::facets_near(const RestrictedSurface& surface, std::uint32_t sample) const {
+    std::set<std::uint32_t> neighbors;
+    for (const CellId cell : state_.cells_around(sample)) {
+        for (int vertex = 0; vertex < 4; ++vertex) {
+            if (const auto neighbor = state_.sample_of(cell, vertex)) neighbors.insert(*neighbor);
+        }
+    }
+    std::vector<std::uint32_t> facets;
+    for (std::uint32_t facet = 0; facet < surface.mesh.triangles.size(); ++facet) {
+        const auto& t = surface.mesh.triangles[facet];
+        if (std::any_of(t.begin(), t.end(), [&](std::uint32_t v) { return neighbors.contains(surface.sample_of[v]); }))
+            facets.push_back(facet);
+    }
+    return facets;
 }
 
 std::vector<BadPlace> Run::bad_places(const RestrictedSurface& surface, const Topology& topology) const {
@@ -171,7 +196,7 @@ std::vector<BadPlace> Run::bad_places(const RestrictedSurface& surface, const To
         places.push_back({(surface.mesh.points[defect.vertices[0]] + surface.mesh.points[defect.vertices[1]]) / 2,
                           kWhat.at(static_cast<std::size_t>(defect.kind)), largest});
     }
-    const std::string unused = "touch that no facet uses";
+    const std::string unused = "touch that no facet uses; if it is on a component of its own, give probing.seed_rays a ray to it";
     for (const std::uint32_t sample : unrepresented(surface)) {
         places.push_back({state_.sample(sample), unused, options_.epsilon * options_.refinement_floor});
     }
@@ -212,6 +237,7 @@ Result Run::result() {
     evidence.max_ball_radius = result.max_ball_radius;
     evidence.components = result.topology.components;
     evidence.unrepresented_touches = unrepresented(surface).size();
+    evidence.open_edges = exploration_.open_count();
     evidence.seeds_given = !options_.seed_rays.empty();
     result.certificate = certify(options_, result.topology, evidence);
     if (result.certificate.status == Certificate::Status::incomplete) result.bad_places = bad_places(surface, result.topology);

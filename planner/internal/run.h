@@ -34,6 +34,8 @@ private:
     bool explore_unrepresented();
     // DESIGN section 4: refines the largest ball at every defect of Ŝ. False if there is none to refine.
     bool repair_defects();
+    // The facets of Ŝ at the Delaunay neighbours of a sample.
+    [[nodiscard]] std::vector<std::uint32_t> facets_near(const RestrictedSurface& surface, std::uint32_t sample) const;
     [[nodiscard]] std::vector<std::uint32_t> unrepresented(const RestrictedSurface& surface) const;
     [[nodiscard]] std::vector<BadPlace> bad_places(const RestrictedSurface& surface, const Topology& topology) const;
     void report();

@@ -8,6 +8,7 @@
 #include <limits>
 #include <numbers>
 #include <optional>
+#include <sstream>
 #include <string>
 
 namespace palpate {
@@ -24,12 +25,19 @@ constexpr double kRaySpacing = 0.25;
 constexpr double kSeedSize = 1.0 / 3.0;
 constexpr int kMaxHalvings = 5;
 
-std::string text(const Point& p) { return "(" + std::to_string(p.x()) + ", " + std::to_string(p.y()) + ", " + std::to_string(p.z()) + ")"; }
+std::string text(double x) {
+    std::ostringstream out;
+    out << x;
+    return out.str();
+}
+
+std::string text(const Point& p) { return "(" + text(p.x()) + ", " + text(p.y()) + ", " + text(p.z()) + ")"; }
 
 struct Ray {
     Point origin = Point::Zero();
-    Vector direction = Vector::Zero();                     // unit
-    double end = std::numeric_limits<double>::infinity();  // mm from origin: not probed beyond
+    Vector direction = Vector::Zero();                        // unit
+    double end = std::numeric_limits<double>::infinity();     // mm from origin: not probed beyond
+    double begin = -std::numeric_limits<double>::infinity();  // mm from origin: ω must not lie before it
 };
 
 // What all of seeding works with.
@@ -43,7 +51,7 @@ struct Context {
 // Probes a ray from where its line enters ω. Nothing if it misses ω or touches nothing.
 std::optional<Tool::Answer> touch(const Context& context, const Ray& ray) {
     const auto chord = context.workspace.clip(ray.origin, ray.direction);
-    if (!chord || ray.end <= chord->low) return std::nullopt;
+    if (!chord || ray.end <= chord->low || chord->high <= ray.begin) return std::nullopt;
     Roadmap& roadmap = context.state.roadmap();
     const NodeId entry = roadmap.add_on_boundary(ray.origin + chord->low * ray.direction);
     context.tool.go_to(entry);
@@ -106,16 +114,25 @@ private:
 
     void seed_by_user_ray(std::size_t k) {
         const Segment& given = context_.options.seed_rays[k];
+        const std::string name = "seed ray " + std::to_string(k + 1) + ", from " + text(given.source) + " to " + text(given.target) + ", ";
+        if (context_.workspace.contains(given.source)) {
+            throw SeedError(name + "starts inside the workspace, where no way is proven free yet: start it outside, in probing.seed_rays");
+        }
         const double length = (given.target - given.source).norm();
-        const Ray ray{given.source, (given.target - given.source) / length, length};
+        const Ray ray{given.source, (given.target - given.source) / length, length, 0.0};
         const auto first = touch(context_, ray);
         if (!first) {
             throw SeedError(
-                "seed ray " + std::to_string(k + 1) + ", from " + text(given.source) + " to " + text(given.target) +
-                ", touches nothing inside the workspace before it ends: correct probing.seed_rays so that every ray meets the object");
+                name + "touches nothing inside the workspace before it ends: correct probing.seed_rays so that every ray meets the object");
         }
-        // The same place twice would give two seed facets in each other's way.
-        if (is_spaced(first->position)) add(*first, ray);
+        // The same place twice would give two seed facets in each other's way. If it may be another component, that matters.
+        const double nearest = distance_to_samples(first->position);
+        if (nearest > context_.options.epsilon) return add(*first, ray);
+        if (nearest > kSeedSize * context_.options.epsilon) {
+            throw SeedError(
+                name + "touches " + text(nearest) + " mm beside an earlier one, nearer than epsilon = " + text(context_.options.epsilon) +
+                " mm: if it is the same component, drop the ray from probing.seed_rays; if it is another, make epsilon smaller");
+        }
     }
 
     void add_others() {
@@ -129,14 +146,17 @@ private:
         }
         if (!spans_space()) {
             throw SeedError(
-                "no first touches farther than epsilon = " + std::to_string(context_.options.epsilon) +
+                "no first touches farther than epsilon = " + text(context_.options.epsilon) +
                 " mm apart that span a volume: the object is too small for this epsilon; make epsilon smaller, or give probing.seed_rays");
         }
     }
 
-    [[nodiscard]] bool is_spaced(const Point& p) const {
-        return std::all_of(samples_.begin(), samples_.end(), [&](const Point& q) { return (p - q).norm() > context_.options.epsilon; });
+    [[nodiscard]] double distance_to_samples(const Point& p) const {
+        double nearest = std::numeric_limits<double>::infinity();
+        for (const Point& q : samples_) nearest = std::min(nearest, (p - q).norm());
+        return nearest;
     }
+    [[nodiscard]] bool is_spaced(const Point& p) const { return distance_to_samples(p) > context_.options.epsilon; }
 
     [[nodiscard]] bool spans_space() const {
         const auto cgal = [&](std::size_t k) { return Kernel::Point_3(samples_[k].x(), samples_[k].y(), samples_[k].z()); };

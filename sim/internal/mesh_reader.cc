@@ -13,6 +13,8 @@
 #include <array>
 #include <cctype>
 #include <cmath>
+#include <cstdlib>
+#include <fstream>
 #include <limits>
 #include <string>
 #include <system_error>
@@ -47,6 +49,24 @@ bool parse(const std::string& extension, const std::string& file, Soup& soup) {
     return CGAL::IO::read_PLY(file, soup.points, soup.polygons);
 }
 
+// CGAL's reader believes the counts that a header claims, and would fill the memory before it finds that they are not true.
+void check_off_header(const MeshSpec& spec) {
+    std::ifstream file(spec.file);
+    std::string word;
+    std::array<std::uintmax_t, 2> counts{};  // of points, of faces
+    for (std::size_t found = 0; found < counts.size() && file >> word;) {
+        if (word.front() == '#') {
+            std::getline(file, word);
+        } else if (std::isdigit(static_cast<unsigned char>(word.front())) != 0) {
+            counts.at(found++) = std::strtoull(word.c_str(), nullptr, 10);
+        }
+    }
+    constexpr std::uintmax_t kBytesPerElement = 6;  // "0 0 0" and the end of its line
+    if (std::max(counts[0], counts[1]) > std::filesystem::file_size(spec.file) / kBytesPerElement + 1) {
+        refuse(spec, "names more points or faces than the file can hold; it is damaged or cut off: export the mesh again");
+    }
+}
+
 Soup read_soup(const MeshSpec& spec) {
     const std::string extension = extension_of(spec.file);
     constexpr std::array kKnown{".off", ".ply", ".obj", ".stl"};
@@ -54,6 +74,7 @@ Soup read_soup(const MeshSpec& spec) {
     std::error_code error;
     if (!std::filesystem::is_regular_file(spec.file, error)) refuse(spec, "no such file; check the path (it is taken as written)");
     if (std::filesystem::file_size(spec.file, error) == 0) refuse(spec, "the file is empty; export the mesh again");
+    if (extension == ".off") check_off_header(spec);
     Soup soup;
     bool parsed = false;
     try {

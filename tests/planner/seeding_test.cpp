@@ -2,6 +2,7 @@
 
 #include <gtest/gtest.h>
 
+#include <sstream>
 #include <string>
 
 #include "planner/errors.h"
@@ -196,9 +197,29 @@ TEST(Seeding, ARayThatTouchesNothingIsNamed) {
         const std::string error = Bench(workspace, solid, 0.2, {good, ray}).error();
         EXPECT_NE(error.find("seed ray 2"), std::string::npos) << error;
         EXPECT_NE(error.find("probing.seed_rays"), std::string::npos) << error;
-        EXPECT_NE(error.find("(" + std::to_string(ray.source.x())), std::string::npos) << error;
-        EXPECT_NE(error.find(std::to_string(ray.target.z()) + ")"), std::string::npos) << error;
+        std::ostringstream place;
+        place << "from (" << ray.source.x() << ", " << ray.source.y() << ", " << ray.source.z() << ") to (" << ray.target.x() << ", "
+              << ray.target.y() << ", " << ray.target.z() << ")";
+        EXPECT_NE(error.find(place.str()), std::string::npos) << error;
     }
+}
+
+TEST(Seeding, ARayIsNotProlongedBackwards) {
+    const Workspace workspace(Ball{{0, 0, 0}, 3});
+    const Solid solid = Solid().add(Ball{{0, 0, 0}, 1});
+    EXPECT_NE(Bench(workspace, solid, 0.2, {{{5, 0, 0}, {6, 0, 0}}}).error().find("touches nothing"), std::string::npos)
+        << "it points away";
+    for (const Segment& inside : {Segment{{0, 0, 2}, {0, 0, 0}}, Segment{{0, 0, 0}, {0, 0, 3}}}) {
+        EXPECT_NE(Bench(workspace, solid, 0.2, {inside}).error().find("starts inside the workspace"), std::string::npos);
+    }
+}
+
+TEST(Seeding, TwoRaysThatTouchNearlyTheSamePlaceAreNotTakenForOne) {
+    const Workspace workspace(Ball{{0, 0, 0}, 3});
+    const Solid solid = Solid().add(Ball{{0, 0, 0}, 1});
+    const Segment ray{{0, 0, 5}, {0, 0, 0}};
+    EXPECT_EQ(Bench(workspace, solid, 0.2, {ray, ray}).error(), "") << "the same ray twice does no harm";
+    EXPECT_NE(Bench(workspace, solid, 0.2, {ray, {{0.15, 0, 5}, {0.15, 0, 0}}}).error().find("nearer than epsilon"), std::string::npos);
 }
 
 TEST(Seeding, AnObjectBesideAllRaysIsAnErrorThatSaysWhatToGive) {

@@ -21,6 +21,12 @@ TEST(WorkspaceFit, ABallMayTouchTheBoundsCornersOnlyOutside) {
     EXPECT_LT(outside->x(), -0.9);
     EXPECT_NEAR(outside->norm(), 1.0, 1e-9);
     EXPECT_TRUE(point_outside(sphere, Workspace(Box{{-2, -2, -2}, {2, 2, 0.99}})));
+    // What touches the boundary is in the tool's way.
+    EXPECT_TRUE(point_outside(sphere, Workspace(Box{{-1, -1, -1}, {1, 1, 1}})));
+    EXPECT_TRUE(point_outside(sphere, Workspace(Ball{Point::Zero(), 1.0})));
+    const HiddenObject cube{ObjectSpec(ShapeSpec{RoundedBoxSpec{{1, 1, 1}, 0}})};
+    EXPECT_TRUE(point_outside(cube, Workspace(Ball{Point::Zero(), 0.8655}))) << "its corners stick out by 0.0005";
+    EXPECT_FALSE(point_outside(cube, Workspace(Ball{Point::Zero(), 0.87})));
 }
 
 TEST(WorkspaceFit, TheBunnyIsNotInABallAroundTheOrigin) {

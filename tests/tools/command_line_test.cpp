@@ -134,7 +134,7 @@ TEST_F(CommandLine, MistakesAreSaidOnce) {
     expect("object: {mesh: missing.off}\nprobing: {epsilon: 1}\n", "missing.off");
     expect("probing: {epsilon: 1}\n", "object: missing");
     expect("object: {shape: {sphere: {radius: 1}}}\nworkspace: {ball: {center: [0, 0, 0], radius: 0.9}}\nprobing: {epsilon: 0.1}\n",
-           "workspace: the object is not inside it");
+           "workspace: the object is not well inside it");
     const Outcome missed = palpate("check missing.yaml");
     EXPECT_EQ(missed.exit_code, 2);
     EXPECT_THAT(missed.err, HasSubstr("missing.yaml"));
@@ -167,6 +167,62 @@ TEST_F(CommandLine, BenchComparesStrategies) {
         EXPECT_EQ(std::count(line.begin(), line.end(), ',') + 1U, rows[0].size());
     }
     EXPECT_EQ(lines, 4U);
+}
+
+TEST_F(CommandLine, BenchReplacesNothingUnlessForced) {
+    write_torus(0.3);
+    write("mine.csv", "precious");
+    const Outcome refused = palpate("bench torus.yaml --strategy default -o mine");
+    EXPECT_EQ(refused.exit_code, 2);
+    EXPECT_THAT(refused.err, HasSubstr("--force"));
+    EXPECT_EQ(read("mine.csv"), "precious");
+    EXPECT_EQ(palpate("bench torus.yaml missing.yaml --strategy default -o other").exit_code, 2);
+    EXPECT_FALSE(fs::exists(folder_ / "other.csv"));
+    EXPECT_EQ(palpate("bench torus.yaml --strategy default -o mine --force").exit_code, 0);
+    EXPECT_NE(read("mine.csv"), "precious");
+}
+
+TEST_F(CommandLine, AFailedRunLeavesTheOldSessionWhole) {
+    write_torus(0.3);
+    ASSERT_EQ(palpate("simulate torus.yaml -o s").exit_code, 0);
+    const std::string before = read("s/config.yaml");
+    EXPECT_EQ(palpate("simulate torus.yaml -o s --force --set probing.epsilon=9").exit_code, 2);
+    EXPECT_EQ(read("s/config.yaml"), before);
+    // Nor does one that never was stand in the way of the next.
+    EXPECT_EQ(palpate("simulate torus.yaml -o t --set probing.epsilon=9").exit_code, 2);
+    EXPECT_EQ(palpate("simulate torus.yaml -o t").exit_code, 0);
+}
+
+TEST_F(CommandLine, AFalseReachAndAnotherTruthAreWarnedOf) {
+    write_torus(0.3);
+    EXPECT_THAT(palpate("check torus.yaml --set probing.reach=5").err, HasSubstr("more than the object's true reach"));
+    write("thin.yaml", "object: {shape: {torus: {major: 1, minor: 0.05}}}\nprobing: {epsilon: 0.1}\n");
+    EXPECT_THAT(palpate("simulate thin.yaml -o thin").err, HasSubstr("Euler characteristic"));
+}
+
+TEST_F(CommandLine, AFullStandardOutputIsAnError) {
+    write_torus(0.3);
+    if (!fs::exists("/dev/full")) GTEST_SKIP();
+    const std::string command = "cd '" + folder_.string() + "' && '" PALPATE_EXECUTABLE "' check torus.yaml >/dev/full 2>err.txt";
+    const int status = std::system(command.c_str());
+    EXPECT_EQ(WEXITSTATUS(status), 2);
+    EXPECT_THAT(read("err.txt"), HasSubstr("standard output"));
+}
+
+TEST_F(CommandLine, AComponentThatIsOnlyTouchedIsFoundAsWell) {
+    write("two.yaml",
+          "object: {shape: {union: {parts: [{rounded_box: {size: [1, 1, 1], fillet: 0}}, {rounded_box: {size: [1, 1, 1], fillet: 0}, at: "
+          "[3, 0, 0]}]}}}\n"
+          "probing: {epsilon: 0.3}\n");
+    const Outcome outcome = palpate("simulate two.yaml -o two");
+    EXPECT_EQ(outcome.exit_code, 0) << outcome.out;
+    EXPECT_EQ(nlohmann::json::parse(read("two/summary.json")).at("components"), 2);
+}
+
+TEST_F(CommandLine, AFineEpsilonInALargeWorkspaceRuns) {
+    write("fine.yaml",
+          "object: {shape: {sphere: {radius: 0.1}}}\nworkspace: {ball: {center: [0, 0, 0], radius: 1000}}\nprobing: {epsilon: 0.015}\n");
+    EXPECT_EQ(palpate("simulate fine.yaml -o fine").exit_code, 0);
 }
 
 TEST_F(CommandLine, CheckMovesNothingAndSaysWhatIsNeeded) {

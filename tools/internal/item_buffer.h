@@ -11,7 +11,7 @@
 
 namespace palpate {
 
-constexpr std::int32_t kBackground = -1;
+inline constexpr std::int32_t kBackground = -1;
 
 // Items are numbers ≥ 0 that the caller gives. Of equally near ones the first that was drawn stays.
 class ItemBuffer {

@@ -15,7 +15,7 @@ struct Screen {
     double nearness = 0.0;
 };
 
-constexpr float kNowhere = -std::numeric_limits<float>::infinity();  // the nearness where nothing is seen
+inline constexpr float kNowhere = -std::numeric_limits<float>::infinity();  // the nearness where nothing is seen
 
 // In a grid that is stored row by row.
 [[nodiscard]] constexpr std::size_t place_in_grid(int column, int row, int columns) {

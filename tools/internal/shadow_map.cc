@@ -10,13 +10,13 @@
 
 namespace palpate {
 
-ShadowMap::ShadowMap(const TriangleMesh& mesh, const Point& center, double radius, const Vector& direction, int texels)
+ShadowMap::ShadowMap(const TriangleMesh& mesh, const Camera& camera, const Vector& direction, int texels)
     : direction_(direction),
       side_(direction.unitOrthogonal()),
       other_(direction.cross(side_)),
-      center_(center),
+      center_(camera.center()),
       texels_(texels),
-      texels_per_mm_(texels_ / (2.05 * radius)),
+      texels_per_mm_(texels_ / (2.05 * camera.radius())),
       nearest_(static_cast<std::size_t>(texels) * static_cast<std::size_t>(texels), kNowhere) {
     for (const auto& triangle : mesh.triangles) {
         const std::array<Screen, 3> t{place(mesh.points[triangle[0]]), place(mesh.points[triangle[1]]), place(mesh.points[triangle[2]])};

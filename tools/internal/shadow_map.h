@@ -4,14 +4,15 @@
 #include <vector>
 
 #include "planner/geometry.h"
+#include "tools/internal/camera.h"
 #include "tools/internal/screen.h"
 
 namespace palpate {
 
 class ShadowMap {
 public:
-    // `direction` is a unit vector towards the light; the mesh is in the ball. The map has texels × texels places.
-    ShadowMap(const TriangleMesh& mesh, const Point& center, double radius, const Vector& direction, int texels);
+    // `direction` is a unit vector towards the light. The map covers the ball that the camera looks at; it has texels × texels places.
+    ShadowMap(const TriangleMesh& mesh, const Camera& camera, const Vector& direction, int texels);
 
     // Part of the light that arrives at `p`, whose surface has normal `n`: 0 to 1, interpolated between grid points. A
     // texel's width of slack on either axis, or else the surface's slope would shade itself.
