@@ -159,6 +159,7 @@ TEST_F(MeshFiles, RefusesFilesThatCannotBeRead) {
     expect_contains(message_of({write("text.ply", "this is not a ply file\n")}), "cannot be read as ply");
     expect_contains(message_of({write("cut.off", off(tetrahedron()).substr(0, 40))}), "cut.off: ");
     expect_contains(message_of({write("points.off", "OFF\n1 0 0\n0 0 0\n")}), "points.off: ");
+    expect_contains(message_of({write("huge.off", "OFF\n999999999 999999999 0\n0 0 0\n")}), "more points or faces than the file can hold");
     expect_contains(message_of({write("range.off", "OFF\n3 1 0\n0 0 0\n1 0 0\n0 1 0\n3 0 1 7\n")}), "range.off: ");
     expect_contains(message_of({write_off("t.off", tetrahedron()), 0.0}), "scale must be a positive number");
     expect_contains(message_of({write_off("t.off", tetrahedron()), std::numeric_limits<double>::quiet_NaN()}), "scale");
