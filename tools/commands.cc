@@ -4,8 +4,6 @@
 #include <spdlog/spdlog.h>
 #include <unistd.h>
 
-#include <array>
-#include <cmath>
 #include <iostream>
 
 #include "config/config_error.h"
@@ -93,8 +91,7 @@ void print_result(const Simulation& run, const SessionConfig& config, std::ostre
         << " component(s), Hausdorff distance " << run.truth.hausdorff << " mm, " << run.unsafe_moves << " unsafe moves\n"
         << "certificate    " << to_string(r.certificate.status) << ": " << r.certificate.statement << '\n';
     for (const Premise& premise : r.certificate.premises) {
-        constexpr std::array<const char*, 4> kStates = {"checked", "assumed", "refuted", "missing"};
-        out << "  " << kStates.at(static_cast<std::size_t>(premise.state)) << "  " << premise.name << " - " << premise.detail << '\n';
+        out << "  " << to_string(premise.state) << "  " << premise.name << " - " << premise.detail << '\n';
     }
     constexpr std::size_t kShown = 10;
     for (std::size_t k = 0; k < r.bad_places.size() && k < kShown; ++k) {

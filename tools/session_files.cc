@@ -31,20 +31,6 @@ void append(std::string& text, const Point& p, char separator) {
     }
 }
 
-const char* to_string(Premise::State state) {
-    switch (state) {
-        case Premise::State::checked:
-            return "checked";
-        case Premise::State::assumed:
-            return "assumed";
-        case Premise::State::refuted:
-            return "refuted";
-        case Premise::State::missing:
-            return "missing";
-    }
-    return "";
-}
-
 const char* to_string(Touch::Role role) {
     switch (role) {
         case Touch::Role::crossing:
@@ -81,6 +67,20 @@ Json summarise(const Certificate& certificate, const std::vector<BadPlace>& bad_
 }
 
 }  // namespace
+
+const char* to_string(Premise::State state) {
+    switch (state) {
+        case Premise::State::checked:
+            return "checked";
+        case Premise::State::assumed:
+            return "assumed";
+        case Premise::State::refuted:
+            return "refuted";
+        case Premise::State::missing:
+            return "missing";
+    }
+    return "";
+}
 
 const char* to_string(Certificate::Status status) {
     switch (status) {

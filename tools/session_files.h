@@ -33,5 +33,6 @@ void write_file(const std::filesystem::path& file, const std::string& content);
 [[nodiscard]] std::string to_json(const Simulation& run, double epsilon);
 
 [[nodiscard]] const char* to_string(Certificate::Status status);
+[[nodiscard]] const char* to_string(Premise::State state);
 
 }  // namespace palpate
