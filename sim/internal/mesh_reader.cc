@@ -1,5 +1,10 @@
 #include "sim/internal/mesh_reader.h"
 
+// Polygons are triangulated by a constrained Delaunay triangulation; what triangulate_faces.h brings besides, for holes, is not
+// used here and takes as long to compile as all the rest.
+#define CGAL_HOLE_FILLING_DO_NOT_USE_DT3
+#define CGAL_HOLE_FILLING_DO_NOT_USE_CDT2
+
 #include <CGAL/Exact_predicates_inexact_constructions_kernel.h>
 #include <CGAL/IO/OBJ.h>
 #include <CGAL/IO/OFF.h>

@@ -1,4 +1,5 @@
 // MaintainedDelaunay::is_valid after every insertion, and records against the ray caster while a run is under way.
+#include "planner/internal/maintained_delaunay.h"
 #include "tests/end_to_end/subjects.h"
 
 namespace palpate {

@@ -5,6 +5,7 @@
 #include <numbers>
 
 #include "devices/device_oracle.h"
+#include "planner/internal/run.h"
 
 namespace palpate {
 namespace {
@@ -63,6 +64,12 @@ FinishedRun::FinishedRun(const Subject& subject, double epsilon, const Strategy&
     run_ = std::make_unique<Run>(*oracle_, workspace_, options_, observer_);
     run_->execute();
     result_ = run_->result();
+}
+
+FinishedRun::~FinishedRun() = default;
+
+const MaintainedDelaunay& FinishedRun::state() const {
+    return run_->state();
 }
 
 void expect_right_result(const FinishedRun& run) {

@@ -7,11 +7,13 @@
 #include <string>
 #include <vector>
 
-#include "planner/internal/run.h"
+#include "planner/prober.h"
 #include "sim/hidden_object.h"
 #include "sim/simulated_device.h"
 
 namespace palpate {
+
+class Run;
 
 struct Subject {
     std::string name;
@@ -29,10 +31,11 @@ const Subject& subject(const std::string& name);
 class FinishedRun {
 public:
     FinishedRun(const Subject& subject, double epsilon, const Strategy& strategy, const Observer& observer = {});
+    ~FinishedRun();
 
     const HiddenObject& object() const { return *object_; }
     const SimulatedDevice& device() const { return *device_; }
-    const MaintainedDelaunay& state() const { return run_->state(); }
+    const MaintainedDelaunay& state() const;
     const Options& options() const { return options_; }
     const Result& result() const { return result_; }
 

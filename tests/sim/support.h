@@ -1,4 +1,4 @@
-// What the tests of sim/ share: seeded random numbers, a set of shapes, meshes.
+// What the tests of sim/ share: a set of shapes, meshes.
 #pragma once
 
 #include <Eigen/Geometry>
@@ -14,32 +14,9 @@
 #include "planner/geometry.h"
 #include "sim/bounds.h"
 #include "sim/object_spec.h"
+#include "tests/random.h"
 
 namespace palpate {
-
-class Random {
-public:
-    explicit Random(std::uint64_t seed) : engine_(seed) {}
-
-    double uniform(double low, double high) { return low + (high - low) * static_cast<double>(engine_() >> 11U) * 0x1p-53; }
-    Point in_box(const Point& low, const Point& high) {
-        return {uniform(low.x(), high.x()), uniform(low.y(), high.y()), uniform(low.z(), high.z())};
-    }
-    Vector direction() {
-        while (true) {
-            const Vector v = in_box(Point::Constant(-1.0), Point::Constant(1.0));
-            if (v.norm() > 0.1 && v.norm() < 1.0) return v.normalized();
-        }
-    }
-    // In the bounds, grown by `share` of their diagonal on every side.
-    Point around(const Bounds& box, double share) {
-        const Vector margin = Vector::Constant(share * box.diagonal());
-        return in_box(box.min - margin, box.max + margin);
-    }
-
-private:
-    std::mt19937_64 engine_;
-};
 
 struct NamedShape {
     std::string name;
