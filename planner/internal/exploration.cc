@@ -22,6 +22,7 @@ std::optional<DirectedEdge> Exploration::open_end(const Task& task) {
 std::optional<DirectedEdge> Exploration::walk(DirectedEdge e, int across) {
     // A crossing seen from within leaves its vertex unknown: there is nowhere to walk from.
     if (state_.recorded_state(e) != EdgeState::crossing || !state_.is_free(e.cell)) return std::nullopt;
+    if (is_closed(e, across)) return std::nullopt;
     CellId cell = e.cell;
     int in = e.facet;
     int out = across;
@@ -38,6 +39,22 @@ std::optional<DirectedEdge> Exploration::walk(DirectedEdge e, int across) {
     }
 }
 
+bool Exploration::is_closed(DirectedEdge e, int across) const {
+    CellId cell = e.cell;
+    int in = e.facet;
+    int out = across;
+    int facets = 0;
+    do {
+        const DirectedEdge ahead{cell, out};
+        if (state_.crossed(ahead)) ++facets;
+        const DirectedEdge back = state_.opposite(ahead);
+        out = state_.next_facet_around(cell, in, out);
+        in = back.facet;
+        cell = back.cell;
+    } while (cell != e.cell);
+    return facets > 1;
+}
+
 void Exploration::note_crossing(DirectedEdge e) {
     if (explore_ != Strategy::Explore::closure) return;
     for (int j = 0; j < 4; ++j) {
@@ -51,35 +68,33 @@ void Exploration::note_free(CellId cell) {
 }
 
 void Exploration::note_insertion(const MaintainedDelaunay::Insertion& insertion) {
-    for (const auto& [from_new, reopened] : insertion.cropped) {
-        const DirectedEdge from_survivor = state_.opposite(from_new);
+    for (const DirectedEdge from_new : insertion.cropped) {
         if (explore_ == Strategy::Explore::exhaustive) {
-            note_edge(from_survivor);
+            note_edge(state_.opposite(from_new));
             if (state_.is_free(from_new.cell)) note_free(from_new.cell);
-            continue;
+        } else if (state_.recorded_state(from_new) == EdgeState::crossing) {
+            note_crossing(from_new);  // the free side of an inherited crossing may be all new
         }
-        // The free side of an inherited crossing may be all new.
-        if (state_.recorded_state(from_new) == EdgeState::crossing) note_crossing(from_new);
-        if (reopened) note_wings_towards(from_survivor);
+    }
+    if (explore_ == Strategy::Explore::closure) {
+        for (const auto& facet : insertion.lost) note_wings_beside(facet);
     }
 }
 
-// A walk that goes along edge `e` comes around one of the three Delaunay edges of its facet. Going back along each: clear
-// edges lead on, a crossing is where the walk began.
-void Exploration::note_wings_towards(DirectedEdge e) {
-    for (int j = 0; j < 4; ++j) {
-        if (j == e.facet) continue;
-        CellId cell = e.cell;
-        int ahead = e.facet;
-        int behind = j;
-        while (state_.recorded_state({cell, behind}) == EdgeState::clear) {
-            const DirectedEdge back = state_.opposite({cell, behind});
-            behind = state_.next_facet_around(cell, ahead, behind);
-            ahead = back.facet;
-            cell = back.cell;
-            if (cell == e.cell) break;
+void Exploration::note_wings_beside(const std::array<std::uint32_t, 3>& lost) {
+    for (std::size_t k = 0; k < 3; ++k) {
+        const std::uint32_t a = lost.at(k);
+        const std::uint32_t b = lost.at((k + 1) % 3);
+        state_.facets_around(a, b, around_);
+        for (const DirectedEdge facet : around_) {
+            for (const DirectedEdge e : {facet, state_.opposite(facet)}) {
+                if (state_.recorded_state(e) != EdgeState::crossing) continue;
+                for (int j = 0; j < 4; ++j) {
+                    const auto corner = state_.sample_of(e.cell, j);
+                    if (j != e.facet && corner != a && corner != b) note_wing(e, j);
+                }
+            }
         }
-        if (state_.recorded_state({cell, behind}) == EdgeState::crossing) note_wing({cell, behind}, ahead);
     }
 }
 

@@ -2,9 +2,12 @@
 //
 // A wing is an edge of a facet of Ŝ as seen from the facet's free side: (cell u, i, j), where facet i of u is in Ŝ and
 // the Delaunay edge is the one that facets i and j of u share. Walking from u around that edge, away from facet i,
-// stays in free space until the next crossing; there the next facet of Ŝ begins, and the wing is closed.
+// stays in free space until the next crossing; there the next facet of Ŝ begins, and the wing is closed. It is closed as well, and
+// needs no walk, as soon as a second facet of Ŝ is known at the Delaunay edge: what has to be shown is that Ŝ is a closed
+// manifold with small balls, wherever else the dual edges run (DESIGN section 4).
 #pragma once
 
+#include <array>
 #include <cstdint>
 #include <optional>
 #include <vector>
@@ -43,8 +46,10 @@ private:
     static constexpr int kWholeEdge = -1;  // the task is the edge itself, not a wing
 
     void note_edge(DirectedEdge e) { tasks_.push_back({state_.ticket(e), kWholeEdge}); }
-    void note_wings_towards(DirectedEdge e);
+    // The wings of what is left of Ŝ at a facet that left it.
+    void note_wings_beside(const std::array<std::uint32_t, 3>& lost);
     void note_wing(DirectedEdge e, int across) { tasks_.push_back({state_.ticket(e), across}); }
+    [[nodiscard]] bool is_closed(DirectedEdge e, int across) const;
     // The first unknown edge on the walk from a wing; nothing if it is closed.
     [[nodiscard]] std::optional<DirectedEdge> walk(DirectedEdge e, int across);
     [[nodiscard]] std::optional<DirectedEdge> open_end(const Task& task);
@@ -52,6 +57,7 @@ private:
     MaintainedDelaunay& state_;
     const Strategy::Explore explore_;
     std::vector<Task> tasks_;
+    std::vector<DirectedEdge> around_;  // scratch
 };
 
 }  // namespace palpate

@@ -90,6 +90,15 @@ MaintainedDelaunay::Insertion MaintainedDelaunay::insert(const Point& p, CellId 
         hole_facets_.push_back({survivor, survivor->index(cell), dying});
         dying = {};  // its crossing, if any, goes on with the hole facet
     }
+    lost_.clear();
+    for (const Delaunay::Cell_handle cell : conflict_) {
+        for (int k = 0; k < 4; ++k) {
+            const DirectedEdge e{cell->info(), k};
+            if (recorded_state(e) != EdgeState::crossing) continue;
+            const DirectedEdge back = opposite(e);  // of a cell that dies as well
+            if (recorded_state(back) != EdgeState::crossing || e.cell < back.cell) lost_.push_back(facet_samples(e));
+        }
+    }
     for (const Delaunay::Cell_handle cell : conflict_) {
         Cell& slot = cells_[cell->info()];
         for (EdgeRecord& r : slot.edges) drop_crossing(r);
@@ -108,15 +117,16 @@ MaintainedDelaunay::Insertion MaintainedDelaunay::insert(const Point& p, CellId 
     cropped_.clear();
     for (const HoleFacet& facet : hole_facets_) {
         const Delaunay::Cell_handle fresh = facet.survivor->neighbor(facet.facet);
-        cropped_.push_back({{register_cell(fresh), fresh->index(v)}, false});
+        cropped_.push_back({register_cell(fresh), fresh->index(v)});
     }
     for (std::size_t k = 0; k < hole_facets_.size(); ++k) {
-        const EdgeRecord& from_survivor = record({hole_facets_[k].survivor->info(), hole_facets_[k].facet});
-        const EdgeState before = from_survivor.state;
-        inherit(hole_facets_[k], p);
-        cropped_[k].reopened = before == EdgeState::clear || (before == EdgeState::crossing && from_survivor.state != EdgeState::crossing);
+        const HoleFacet& facet = hole_facets_[k];
+        const DirectedEdge from_survivor{facet.survivor->info(), facet.facet};
+        const bool was_crossed = facet.dying.state == EdgeState::crossing || record(from_survivor).state == EdgeState::crossing;
+        inherit(facet, p);
+        if (was_crossed && !crossed(from_survivor)) lost_.push_back(facet_samples(from_survivor));
     }
-    return {index, cropped_};
+    return {index, cropped_, lost_};
 }
 
 // DESIGN section 3. The old edge ran from u (the survivor) to w (destroyed); it now ends at v, the vertex of the new cell.
@@ -225,6 +235,34 @@ std::vector<CellId> MaintainedDelaunay::cells_around(std::uint32_t sample) const
     std::vector<CellId> cells;
     for (const Delaunay::Cell_handle cell : handles) cells.push_back(cell->info());
     return cells;
+}
+
+void MaintainedDelaunay::adjacent_samples(std::uint32_t sample, std::vector<std::uint32_t>& out) const {
+    adjacent_.clear();
+    delaunay_.finite_adjacent_vertices(vertices_[sample], std::back_inserter(adjacent_));
+    out.clear();
+    for (const Delaunay::Vertex_handle v : adjacent_) out.push_back(v->info());
+}
+
+void MaintainedDelaunay::facets_around(std::uint32_t a, std::uint32_t b, std::vector<DirectedEdge>& out) const {
+    out.clear();
+    Delaunay::Cell_handle cell;
+    int i = 0;
+    int j = 0;
+    if (!delaunay_.is_edge(vertices_[a], vertices_[b], cell, i, j)) return;
+    // Of the cell's two other vertices, the walk leaves through the facet opposite to the first, which holds the second.
+    int out_of = 0;
+    while (out_of == i || out_of == j) ++out_of;
+    int through = 6 - i - j - out_of;
+    const Delaunay::Cell_handle first = cell;
+    do {
+        const Delaunay::Vertex_handle third = cell->vertex(through);
+        if (!delaunay_.is_infinite(third)) out.push_back({cell->info(), out_of});
+        const Delaunay::Cell_handle next = cell->neighbor(out_of);
+        through = next->index(cell);
+        out_of = next->index(third);
+        cell = next;
+    } while (cell != first);
 }
 
 int MaintainedDelaunay::next_facet_around(CellId cell, int in, int out) const {

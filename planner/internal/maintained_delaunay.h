@@ -67,17 +67,13 @@ public:
     // REQUIRES: called once, before all else; at least four points that are not coplanar. Nothing is known of any edge.
     void initialise(std::span<const Point> samples);
 
-    // An edge that the new Voronoi cell cropped. Every new cell has one.
-    struct Cropped {
-        DirectedEdge from_new;  // from the new vertex towards the survivor
-        // From the survivor, the edge was clear or ended at a crossing, and no longer ends there: a walk that went
-        // along it ends elsewhere now.
-        bool reopened = false;
-    };
     // What an insertion changed. Valid until the next insertion.
     struct Insertion {
         std::uint32_t sample = 0;
-        std::span<const Cropped> cropped;
+        // The edges that the new Voronoi cell cropped, from the new vertex towards the survivor. Every new cell has one.
+        std::span<const DirectedEdge> cropped;
+        // The facets that left Ŝ: destroyed, or their dual edge lost its crossing.
+        std::span<const std::array<std::uint32_t, 3>> lost;
     };
     // Inserts a sample; records of cells that survive stay, records of edges that the new Voronoi cell crops are
     // inherited. Throws std::logic_error if the sample is already there. `near` is a cell to start the search from.
@@ -98,6 +94,11 @@ public:
     // The sample's cell to search from.
     [[nodiscard]] CellId cell_at(std::uint32_t sample) const;
     [[nodiscard]] std::vector<CellId> cells_around(std::uint32_t sample) const;
+    // The samples that a Delaunay edge joins to one.
+    void adjacent_samples(std::uint32_t sample, std::vector<std::uint32_t>& out) const;
+    // The facets around a Delaunay edge, in turn, each from one side; none if a and b are not joined. Facets at infinity
+    // are left out.
+    void facets_around(std::uint32_t a, std::uint32_t b, std::vector<DirectedEdge>& out) const;
     // Leaving `cell` through facet `out` around the Delaunay edge that facets `in` and `out` share: the facet of the next
     // cell by which that walk goes on.
     [[nodiscard]] int next_facet_around(CellId cell, int in, int out) const;
@@ -117,6 +118,13 @@ public:
     [[nodiscard]] EdgeState state(DirectedEdge e);
     [[nodiscard]] EdgeState recorded_state(DirectedEdge e) const { return record(e).state; }
     [[nodiscard]] const Crossing& crossing(DirectedEdge e) const { return crossings_[record(e).crossing]; }
+    // The direction in which the edge holds a crossing, if its facet is in Ŝ; the given one if both do.
+    [[nodiscard]] std::optional<DirectedEdge> crossed(DirectedEdge e) const {
+        if (recorded_state(e) == EdgeState::crossing) return e;
+        const DirectedEdge back = opposite(e);
+        if (recorded_state(back) == EdgeState::crossing) return back;
+        return std::nullopt;
+    }
     [[nodiscard]] CrossingId crossing_id(DirectedEdge e) const { return record(e).crossing; }
     // Where a crossing is now; nothing once it has left all edges.
     [[nodiscard]] std::optional<DirectedEdge> edge_of(CrossingId id, std::uint32_t generation) const;
@@ -202,7 +210,9 @@ private:
     std::vector<Delaunay::Cell_handle> conflict_;
     std::vector<Delaunay::Facet> hole_;
     std::vector<HoleFacet> hole_facets_;
-    std::vector<Cropped> cropped_;
+    std::vector<DirectedEdge> cropped_;
+    std::vector<std::array<std::uint32_t, 3>> lost_;
+    mutable std::vector<Delaunay::Vertex_handle> adjacent_;  // scratch of adjacent_samples()
 };
 
 }  // namespace palpate

@@ -68,9 +68,7 @@ FinishedRun::FinishedRun(const Subject& subject, double epsilon, const Strategy&
 
 FinishedRun::~FinishedRun() = default;
 
-const MaintainedDelaunay& FinishedRun::state() const {
-    return run_->state();
-}
+const MaintainedDelaunay& FinishedRun::state() const { return run_->state(); }
 
 void expect_right_result(const FinishedRun& run) {
     const Result& r = run.result();

@@ -5,8 +5,10 @@
 
 #include <algorithm>
 #include <array>
+#include <iterator>
 #include <map>
 #include <optional>
+#include <set>
 #include <string>
 #include <utility>
 #include <vector>
@@ -98,6 +100,7 @@ public:
     // Inserts a point and checks the fate of everything that was known (DESIGN section 3), by brute force.
     void insert(const Point& p, CellId near) {
         const std::map<CellKey, CellKnowledge> before = knowledge();
+        const auto facets_before = crossed_facets();
         const MaintainedDelaunay::Insertion insertion = state_.insert(p, near);
         ASSERT_EQ(state_.sample(insertion.sample), p);
         ASSERT_EQ(insertion.sample + 1, state_.sample_count());
@@ -108,12 +111,34 @@ public:
             if (state_.is_live(cell) && key_of(cell).contains(insertion.sample)) ++fresh;
         }
         ASSERT_EQ(insertion.cropped.size(), fresh);
-        for (const auto& [from_new, reopened] : insertion.cropped) {
+        for (const DirectedEdge from_new : insertion.cropped) {
             ASSERT_EQ(state_.sample_of(from_new.cell, from_new.facet), insertion.sample);
-            const DirectedEdge e = state_.opposite(from_new);
-            const EdgeState was = before.at(key_of(e.cell)).edges.at(state_.sample_of(e.cell, e.facet).value_or(kInfinite)).state;
-            ASSERT_EQ(reopened, was == EdgeState::clear || (was == EdgeState::crossing && state_.recorded_state(e) != EdgeState::crossing));
         }
+        std::set<std::array<std::uint32_t, 3>> lost;
+        for (auto facet : insertion.lost) {
+            std::sort(facet.begin(), facet.end());
+            ASSERT_TRUE(lost.insert(facet).second) << "lost twice";
+        }
+        std::set<std::array<std::uint32_t, 3>> gone;
+        const auto facets_after = crossed_facets();
+        std::set_difference(facets_before.begin(), facets_before.end(), facets_after.begin(), facets_after.end(),
+                            std::inserter(gone, gone.end()));
+        ASSERT_EQ(lost, gone);
+    }
+
+    // The facets of Ŝ, each with its samples in order.
+    [[nodiscard]] std::set<std::array<std::uint32_t, 3>> crossed_facets() const {
+        std::set<std::array<std::uint32_t, 3>> facets;
+        for (CellId cell = 0; cell < state_.cell_slots(); ++cell) {
+            if (!state_.is_live(cell)) continue;
+            for (int i = 0; i < 4; ++i) {
+                if (state_.recorded_state({cell, i}) != EdgeState::crossing) continue;
+                auto facet = state_.facet_samples({cell, i});
+                std::sort(facet.begin(), facet.end());
+                facets.insert(facet);
+            }
+        }
+        return facets;
     }
 
     void expect_valid() {
