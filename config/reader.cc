@@ -71,8 +71,14 @@ Strategy read_strategy(Section& section) {
             strategy.refine);
         strategy.explore =
             read_option(inner, "explore", "which edges are probed: all that can be reached, or what closes the surface", strategy.explore);
-        strategy.infer = read_option(inner, "infer", "what is concluded without a probe", strategy.infer);
-        strategy.travel = read_option(inner, "travel", "along which ways the probe moves", strategy.travel);
+        strategy.infer = read_option(
+            inner, "infer",
+            "what is concluded without a probe: nothing, or what a bound on the reach proves; without `probing.reach` that is nothing",
+            strategy.infer);
+        strategy.travel =
+            read_option(inner, "travel",
+                        "along which ways the probe moves: along Voronoi edges, or near the surface through all space that is proven free",
+                        strategy.travel);
     });
     return word == std::size_t{1} ? Strategy::thesis() : strategy;
 }
@@ -92,6 +98,9 @@ Options read_probing(Section& section) {
     options.reach = section.number_or_null(
         {"reach", "lower bound on the reach of the surface that you vouch for; null: none given", Need::optional, kMillimetres}, kPositive);
     options.strategy = read_strategy(section);
+    options.standoff = section.number_or_null(
+        {"standoff", "how far above the surface a probe starts where that is proven free; null: epsilon", Need::optional, kMillimetres},
+        kPositive);
     section.list({"seed_rays", "probed first, one per component at least; none: rays from the workspace towards its centre"}, 0, false,
                  [&](Section& ray) { options.seed_rays.push_back(read_seed_ray(ray)); });
     options.refinement_floor =

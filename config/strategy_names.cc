@@ -11,8 +11,8 @@ namespace {
 // In the order of the enumerators.
 constexpr std::array<std::string_view, 2> kRefineWords{"exhaustive", "eager"};
 constexpr std::array<std::string_view, 2> kExploreWords{"exhaustive", "closure"};
-constexpr std::array<std::string_view, 1> kInferWords{"none"};
-constexpr std::array<std::string_view, 1> kTravelWords{"voronoi"};
+constexpr std::array<std::string_view, 2> kInferWords{"none", "reach"};
+constexpr std::array<std::string_view, 2> kTravelWords{"voronoi", "free_space"};
 
 std::string alternatives(std::span<const std::string_view> words) {
     std::string text;
@@ -75,12 +75,11 @@ std::string to_string(const Strategy& strategy) {
     if (strategy == Strategy::thesis()) {
         return "thesis";
     }
-    std::string name = std::string(to_word(strategy.refine)) + "+" + std::string(to_word(strategy.explore));
-    const Strategy standard;
-    if (strategy.infer != standard.infer || strategy.travel != standard.travel) {
-        name += "+" + std::string(to_word(strategy.infer)) + "+" + std::string(to_word(strategy.travel));
+    if (strategy == Strategy{}) {
+        return "default";
     }
-    return name;
+    return std::string(to_word(strategy.refine)) + "+" + std::string(to_word(strategy.explore)) + "+" +
+           std::string(to_word(strategy.infer)) + "+" + std::string(to_word(strategy.travel));
 }
 
 Strategy parse_strategy(std::string_view name) {

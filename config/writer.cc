@@ -119,6 +119,7 @@ void add_probing(Lines& lines, const Options& options) {
     lines.push_back("  epsilon: " + number_text(options.epsilon));
     lines.push_back("  reach: " + (options.reach ? number_text(*options.reach) : "null"));
     lines.push_back("  strategy: " + strategy_text(options.strategy));
+    lines.push_back("  standoff: " + (options.standoff ? number_text(*options.standoff) : "null"));
     lines.emplace_back(options.seed_rays.empty() ? "  seed_rays: []" : "  seed_rays:");
     for (const Segment& ray : options.seed_rays) {
         lines.push_back("    - {from: " + vector_text(ray.source) + ", to: " + vector_text(ray.target) + "}");

@@ -48,9 +48,15 @@ Premise ball_premise(const Options& options, const Topology& t, const Evidence& 
             text("largest ", evidence.max_ball_radius, " mm, epsilon ", options.epsilon, " mm")};
 }
 
-Premise reach_premise(const Options& options) {
+Premise reach_premise(const Options& options, const Evidence& evidence) {
     const std::string name = "epsilon <= 0.16 reach";
     const double needed = options.epsilon / kMaxEpsilonPerReach;
+    if (evidence.reach && evidence.reach->refuted) {
+        return {name, State::refuted,
+                text("the given bound of ", *options.reach, " mm is false: ", evidence.reach->detail,
+                     "; the largest bound that the touches allow is ", evidence.reach->largest, " mm; the mesh rests on ",
+                     evidence.reach->used, " mm, and ", needed, " mm is needed")};
+    }
     if (!options.reach) return {name, State::missing, text("no reach bound given; a reach of at least ", needed, " mm would do")};
     if (*options.reach < needed) {
         return {name, State::missing, text("the given bound of ", *options.reach, " mm is too small: this epsilon needs ", needed, " mm")};
@@ -67,7 +73,7 @@ Certificate certify(const Options& options, const Topology& topology, const Evid
     const Premise manifold = manifold_premise(topology, evidence);
     const Premise components = component_premise(evidence);
     const Premise balls = ball_premise(options, topology, evidence);
-    const Premise reach = reach_premise(options);
+    const Premise reach = reach_premise(options, evidence);
     certificate.premises = {manifold,
                             components,
                             balls,
@@ -77,6 +83,14 @@ Certificate certify(const Options& options, const Topology& topology, const Evid
     if (!holds(manifold) || !holds(components) || !holds(balls)) {
         certificate.status = Certificate::Status::incomplete;
         certificate.statement = "Nothing is guaranteed: the run could not establish all of I1 to I3.";
+    } else if (reach.state == State::refuted) {
+        const bool enough = evidence.reach->used * kMaxEpsilonPerReach >= options.epsilon;
+        certificate.status = Certificate::Status::refuted;
+        certificate.statement = text(
+            "The given bound on the reach is false. The mesh is a closed oriented manifold whose surface Delaunay balls are at most "
+            "epsilon; ",
+            enough ? "it is isotopic to the object's surface if the lowered bound holds, which no touch contradicts."
+                   : "the lowered bound is too small for this epsilon to guarantee that it has the object's topology.");
     } else if (!holds(reach)) {
         certificate.status = Certificate::Status::conditional;
         certificate.statement =

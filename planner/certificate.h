@@ -1,6 +1,7 @@
 // What the mesh guarantees, and on which assumptions (DESIGN section 4).
 #pragma once
 
+#include <limits>
 #include <optional>
 #include <string>
 #include <vector>
@@ -41,6 +42,14 @@ struct BadPlace {
     double epsilon_needed = 0.0;  // mm, an upper bound: nothing larger can do
 };
 
+// What became of the bound on the reach (DESIGN section 6).
+struct ReachEvidence {
+    bool refuted = false;
+    double largest = std::numeric_limits<double>::infinity();  // mm: no larger bound agrees with the touches
+    double used = 0.0;                                         // mm: the bound that the mesh rests on
+    std::string detail;                                        // which touch contradicts, and what
+};
+
 // What the certificate rests on, as found on the result.
 struct Evidence {
     double max_ball_radius = 0.0;           // mm
@@ -48,6 +57,7 @@ struct Evidence {
     std::size_t unrepresented_touches = 0;  // samples that no facet of Ŝ uses although all around them was explored
     std::size_t open_edges = 0;             // of Ŝ, left unexplored
     bool seeds_given = false;               // by the user, one per component
+    std::optional<ReachEvidence> reach;     // of inference, if there was any
 };
 
 // Largest ε / rch(S) for which thesis 1.2 holds (µ0).

@@ -13,13 +13,13 @@ namespace palpate {
 struct Strategy {
     enum class Refine { exhaustive, eager };
     enum class Explore { exhaustive, closure };
-    enum class Infer { none };
-    enum class Travel { voronoi };
+    enum class Infer { none, reach };
+    enum class Travel { voronoi, free_space };
 
     Refine refine = Refine::eager;
     Explore explore = Explore::closure;
-    Infer infer = Infer::none;
-    Travel travel = Travel::voronoi;
+    Infer infer = Infer::reach;
+    Travel travel = Travel::free_space;
 
     friend bool operator==(const Strategy&, const Strategy&) = default;
 
@@ -30,6 +30,7 @@ struct Options {
     double epsilon = 0.0;         // mm, > 0: upper bound on the radius of every surface Delaunay ball of the result
     std::optional<double> reach;  // mm, > 0: a lower bound on rch(S) that the user vouches for
     Strategy strategy;
+    std::optional<double> standoff;       // mm, > 0: how far above S a probe starts where that is proven free; none: epsilon
     std::vector<Segment> seed_rays;       // one per component at least; empty: rays from the workspace towards its centre
     double refinement_floor = 1.0 / 8.0;  // of epsilon, in (0, 1]: the extra refinement of DESIGN section 4 stops there
 };

@@ -32,10 +32,12 @@ struct Result {
 
 class MaintainedDelaunay;
 
-// Who watches a run. Either may be empty. Watching changes nothing.
+// Who watches a run. Any may be empty. Watching changes nothing.
 struct Observer {
     std::function<void(const Progress&)> on_progress;             // after every probe
     std::function<void(const MaintainedDelaunay&)> on_insertion;  // after every sample; see planner/internal
+    // After every crossing that was inferred: S is met between `near`, which is free, and `far`, inside O.
+    std::function<void(const Point& near, const Point& far)> on_inference;
 };
 
 // Throws std::invalid_argument, which names what to change, on options that make no sense, and where double coordinates

@@ -187,7 +187,7 @@ std::string to_json(const Simulation& run, double epsilon) {
           {"components", run.truth.components},
           {"area", run.truth.area},
           {"reach", run.truth.reach ? number(*run.truth.reach) : Json(nullptr)},
-          {"wrong_inferences", 0},  // nothing is inferred yet (infer: none)
+          {"wrong_inferences", run.wrong_inferences},
           {"unsafe_moves", run.unsafe_moves},
           {"moves", run.moves},
           {"distance", run.distance}}},

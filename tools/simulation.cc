@@ -12,6 +12,18 @@ namespace {
 
 using Seconds = std::chrono::duration<double>;
 
+class Stopwatch {
+public:
+    explicit Stopwatch(Seconds& total) : total_(total) {}
+    ~Stopwatch() { total_ += std::chrono::steady_clock::now() - start_; }
+    Stopwatch(const Stopwatch&) = delete;
+    Stopwatch& operator=(const Stopwatch&) = delete;
+
+private:
+    Seconds& total_;
+    std::chrono::steady_clock::time_point start_ = std::chrono::steady_clock::now();
+};
+
 // Measures how long an oracle thinks, so that the planner's own time can be told.
 class TimedOracle final : public SurfaceOracle {
 public:
@@ -29,18 +41,6 @@ public:
     [[nodiscard]] Seconds spent() const { return spent_; }
 
 private:
-    class Stopwatch {
-    public:
-        explicit Stopwatch(Seconds& total) : total_(total) {}
-        ~Stopwatch() { total_ += std::chrono::steady_clock::now() - start_; }
-        Stopwatch(const Stopwatch&) = delete;
-        Stopwatch& operator=(const Stopwatch&) = delete;
-
-    private:
-        Seconds& total_;
-        std::chrono::steady_clock::time_point start_ = std::chrono::steady_clock::now();
-    };
-
     SurfaceOracle& oracle_;
     Seconds spent_{0};
 };
@@ -79,11 +79,16 @@ Simulation simulate(const SessionConfig& config, const Scene& scene, const std::
     Observer observer;
     observer.on_progress = on_progress;
     Simulation run;
+    Seconds checking{0};
+    observer.on_inference = [&](const Point& near, const Point& far) {
+        const Stopwatch watch(checking);
+        if (scene.object.contains(near) || !scene.object.contains(far)) ++run.wrong_inferences;
+    };
     const auto start = std::chrono::steady_clock::now();
     run.result = probe_surface(oracle, workspace, config.probing, observer);
     const Seconds total = std::chrono::steady_clock::now() - start;
     run.oracle_seconds = oracle.spent().count();
-    run.planner_seconds = (total - oracle.spent()).count();
+    run.planner_seconds = (total - oracle.spent() - checking).count();
     run.truth = measure_truth(scene.object, run.result.mesh, TruthSampling{}, config.random_seed);
     run.unsafe_moves = device.unsafe_moves();
     run.moves = device.moves();

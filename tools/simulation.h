@@ -31,10 +31,11 @@ struct Scene {
 struct Simulation {
     Result result;
     Truth truth;
-    std::uint64_t unsafe_moves = 0;  // counted by the simulator, not by the planner
-    std::uint64_t moves = 0;         // likewise
-    double distance = 0.0;           // mm, likewise
-    double planner_seconds = 0.0;    // without the oracle
+    std::uint64_t wrong_inferences = 0;  // crossings that were inferred where the hidden surface has none
+    std::uint64_t unsafe_moves = 0;      // counted by the simulator, not by the planner
+    std::uint64_t moves = 0;             // likewise
+    double distance = 0.0;               // mm, likewise
+    double planner_seconds = 0.0;        // without the oracle
     double oracle_seconds = 0.0;
 };
 

@@ -85,7 +85,7 @@ void Exploration::note_wings_beside(const std::array<std::uint32_t, 3>& lost) {
     for (std::size_t k = 0; k < 3; ++k) {
         const std::uint32_t a = lost.at(k);
         const std::uint32_t b = lost.at((k + 1) % 3);
-        state_.facets_around(a, b, around_);
+        state_.facets_around(a, b, {}, around_);
         for (const DirectedEdge facet : around_) {
             for (const DirectedEdge e : {facet, state_.opposite(facet)}) {
                 if (state_.recorded_state(e) != EdgeState::crossing) continue;

@@ -210,6 +210,8 @@ DirectedEdge MaintainedDelaunay::opposite(DirectedEdge e) const {
     return {other->info(), other->index(cell)};
 }
 
+bool MaintainedDelaunay::is_finite(DirectedEdge e) const { return !delaunay_.is_infinite(handle(e.cell), e.facet); }
+
 std::array<Delaunay::Vertex_handle, 3> MaintainedDelaunay::sorted_facet(DirectedEdge e) const {
     const Delaunay::Cell_handle cell = handle(e.cell);
     std::array<Delaunay::Vertex_handle, 3> facet;
@@ -225,6 +227,10 @@ std::array<std::uint32_t, 3> MaintainedDelaunay::facet_samples(DirectedEdge e) c
     const Delaunay::Cell_handle cell = handle(e.cell);
     const bool counter_clockwise = parity({cell->index(facet[0]), cell->index(facet[1]), cell->index(facet[2]), e.facet}) > 0;
     return {facet[0]->info(), facet[counter_clockwise ? 1 : 2]->info(), facet[counter_clockwise ? 2 : 1]->info()};
+}
+
+std::uint32_t MaintainedDelaunay::nearest_sample(const Point& p, CellId near) const {
+    return delaunay_.nearest_vertex(to_cgal(p), handle(near))->info();
 }
 
 CellId MaintainedDelaunay::cell_at(std::uint32_t sample) const { return vertices_[sample]->cell()->info(); }
@@ -244,12 +250,14 @@ void MaintainedDelaunay::adjacent_samples(std::uint32_t sample, std::vector<std:
     for (const Delaunay::Vertex_handle v : adjacent_) out.push_back(v->info());
 }
 
-void MaintainedDelaunay::facets_around(std::uint32_t a, std::uint32_t b, std::vector<DirectedEdge>& out) const {
+void MaintainedDelaunay::facets_around(std::uint32_t a, std::uint32_t b, const EdgeTicket& hint, std::vector<DirectedEdge>& out) const {
     out.clear();
     Delaunay::Cell_handle cell;
     int i = 0;
     int j = 0;
-    if (!delaunay_.is_edge(vertices_[a], vertices_[b], cell, i, j)) return;
+    if (hint.edge.cell < cells_.size() && is_current(hint)) cell = handle(hint.edge.cell);
+    const bool found = cell != Delaunay::Cell_handle() && cell->has_vertex(vertices_[a], i) && cell->has_vertex(vertices_[b], j);
+    if (!found && !delaunay_.is_edge(vertices_[a], vertices_[b], cell, i, j)) return;
     // Of the cell's two other vertices, the walk leaves through the facet opposite to the first, which holds the second.
     int out_of = 0;
     while (out_of == i || out_of == j) ++out_of;
@@ -426,6 +434,23 @@ void MaintainedDelaunay::learn_contact(DirectedEdge e, NodeId from, NodeId conta
     crossing.ball_radius = (crossing.near - samples_[facet_samples(e)[0]]).norm();
     drop_crossing(record(e));
     record(e) = {EdgeState::crossing, new_crossing(crossing, e), kNoNode};
+}
+
+void MaintainedDelaunay::learn_inferred(DirectedEdge e, const Point& near, const Point& far) {
+    assert(!crossed(e));
+    Crossing crossing;
+    crossing.near = crossing.from = near;
+    crossing.far = far;
+    crossing.from_vertex = false;
+    crossing.inferred = true;
+    const Point& a = samples_[facet_samples(e)[0]];
+    crossing.ball_radius = std::max((near - a).norm(), (far - a).norm());
+    record(e) = {EdgeState::crossing, new_crossing(crossing, e), kNoNode};
+}
+
+void MaintainedDelaunay::withdraw(DirectedEdge e) {
+    assert(recorded_state(e) == EdgeState::crossing && crossing(e).inferred);
+    drop_crossing(record(e));
 }
 
 void MaintainedDelaunay::learn_contact_from_outside(DirectedEdge e, const EdgeSpan& along, NodeId entry, NodeId contact,

@@ -89,16 +89,20 @@ public:
     [[nodiscard]] CellId neighbor(DirectedEdge e) const { return handle(e.cell)->neighbor(e.facet)->info(); }
     // The same edge from its other end.
     [[nodiscard]] DirectedEdge opposite(DirectedEdge e) const;
+    // Whether the facet is a triangle of samples, and the edge not at infinity.
+    [[nodiscard]] bool is_finite(DirectedEdge e) const;
     // The facet's vertices, counter-clockwise seen from the cell's side; its edge is not at infinity.
     [[nodiscard]] std::array<std::uint32_t, 3> facet_samples(DirectedEdge e) const;
     // The sample's cell to search from.
     [[nodiscard]] CellId cell_at(std::uint32_t sample) const;
+    // `near` is a cell to start the search from.
+    [[nodiscard]] std::uint32_t nearest_sample(const Point& p, CellId near) const;
     [[nodiscard]] std::vector<CellId> cells_around(std::uint32_t sample) const;
     // The samples that a Delaunay edge joins to one.
     void adjacent_samples(std::uint32_t sample, std::vector<std::uint32_t>& out) const;
     // The facets around a Delaunay edge, in turn, each from one side; none if a and b are not joined. Facets at infinity
-    // are left out.
-    void facets_around(std::uint32_t a, std::uint32_t b, std::vector<DirectedEdge>& out) const;
+    // are left out. `hint` may be a facet that had both; if it still is, nothing is searched.
+    void facets_around(std::uint32_t a, std::uint32_t b, const EdgeTicket& hint, std::vector<DirectedEdge>& out) const;
     // Leaving `cell` through facet `out` around the Delaunay edge that facets `in` and `out` share: the facet of the next
     // cell by which that walk goes on.
     [[nodiscard]] int next_facet_around(CellId cell, int in, int out) const;
@@ -149,6 +153,11 @@ public:
     // S was touched on the edge at roadmap node `contact`, coming from node `from` of the edge: its start, or (not
     // from_vertex) a point q within. `touch` numbers the touch for the caller.
     void learn_contact(DirectedEdge e, NodeId from, NodeId contact, std::uint32_t touch, bool from_vertex = true);
+    // S must cross the edge between `near`, which is free, and `far`, inside O, both on the edge: inferred, so nothing was
+    // traversed. REQUIRES: no crossing is known.
+    void learn_inferred(DirectedEdge e, const Point& near, const Point& far);
+    // What was inferred does not hold. REQUIRES: e holds an inferred crossing.
+    void withdraw(DirectedEdge e);
     // The tool came along the edge's whole line from outside ω (node `entry`), past the edge's start, to `contact`.
     void learn_contact_from_outside(DirectedEdge e, const EdgeSpan& along, NodeId entry, NodeId contact, std::uint32_t touch);
 

@@ -41,13 +41,20 @@ void Run::execute() {
     for (const SeedFacet& seed : seeds) faceted_.insert(seed.samples[0]);
     // Seeds are exempt from the spacing; there are few of them.
     max_samples_ = state_.sample_count() + packing_bound(workspace_, criteria_.spacing(true));
+    if (options_.strategy.infer == Strategy::Infer::reach && options_.reach)
+        growth_.emplace(state_, tool_, workspace_, options_, criteria_, observer_);
     exploration_.sweep();
     while (true) {
-        while (const auto e = exploration_.next()) probe(*e);
+        if (grow()) continue;
+        if (const auto e = exploration_.next()) {
+            probe(*e);
+            continue;
+        }
         if (insert_worst()) continue;
         // What follows is linear in the sample and happens a few times in a run.
         exploration_.sweep();
-        if (exploration_.next() || explore_unrepresented() || repair_defects()) continue;
+        if (growth_) growth_->sweep();
+        if (grow() || exploration_.next() || explore_unrepresented() || repair_defects()) continue;
         break;
     }
 }
@@ -55,7 +62,9 @@ void Run::execute() {
 void Run::probe(DirectedEdge e) {
     const std::optional<EdgeSpan> along = state_.span(e);
     if (!along) throw std::logic_error("Run: an edge outside the workspace is to be probed");
+    if (growth_ && growth_->infer(e)) return exploration_.note_crossing(*state_.crossed(e));
     const NodeId start = state_.probe_start(e, *along);
+    if (growth_) growth_->approach(start, state_.facet_samples(e));
     tool_.go_to(start);
     const Tool::Answer answer = tool_.probe(state_.probe_target(e, *along));
     if (answer.contact) {
@@ -64,6 +73,9 @@ void Run::probe(DirectedEdge e) {
         state_.learn_contact(e, start, contact, answer.touch);
         on_contact(e);
     } else {
+        if (const auto known = state_.crossed(e); known && state_.crossing(*known).inferred) {
+            growth_->withdraw(*known, Point(state_.crossing(*known).far));
+        }
         const CellId far_cell = state_.neighbor(e);
         const bool was_free = state_.is_free(far_cell);
         tool_.arrive(state_.learn_clear(e, *along, start, answer.position));
@@ -76,6 +88,7 @@ void Run::on_contact(DirectedEdge e) {
     const double radius = state_.crossing(e).ball_radius;
     if (!criteria_.is_bad(radius)) {
         exploration_.note_crossing(e);
+        if (growth_) growth_->note_crossing(e);
     } else if (options_.strategy.refine == Strategy::Refine::eager) {
         insert(e, Touch::Role::refinement);
     } else {
@@ -93,11 +106,28 @@ void Run::insert(DirectedEdge crossing, Touch::Role role) {
     if (c.ball_radius < criteria_.spacing(repair) || state_.sample_count() >= max_samples_) {
         throw std::logic_error("Run: a sample would break the packing bound that termination rests on");
     }
-    const std::uint32_t touch = c.touch;
-    const MaintainedDelaunay::Insertion insertion = state_.insert(Point(c.near), crossing.cell);
+    add_sample(Point(c.near), crossing.cell, c.touch, role);
+}
+
+void Run::add_sample(const Point& p, CellId near, std::uint32_t touch, Touch::Role role) {
+    const MaintainedDelaunay::Insertion insertion = state_.insert(p, near);
     tool_.assign(touch, role, insertion.sample);
+    if (growth_) growth_->note_insertion(insertion, tool_.touches()[touch]);
     exploration_.note_insertion(insertion);
     if (observer_.on_insertion) observer_.on_insertion(state_);
+}
+
+bool Run::grow() {
+    if (!growth_) return false;
+    const std::optional<Growth::Step> step = growth_->step();
+    if (step && step->sample) {
+        if (state_.sample_count() >= max_samples_) throw std::logic_error("Run: more samples than fit the workspace");
+        add_sample(step->sample->position, step->sample->near, step->sample->touch, Touch::Role::refinement);
+    }
+    bool refuted = false;
+    while (growth_->settle_refutation()) refuted = true;
+    if (step) report();
+    return step.has_value() || refuted;
 }
 
 bool Run::insert_worst() {
@@ -161,14 +191,18 @@ bool Run::repair_defects() {
     // coarse to see what was touched.
     for (const std::uint32_t sample : unrepresented(surface)) refine_largest(facets_near(surface, sample));
     std::sort(to_refine.rbegin(), to_refine.rend());
-    bool inserted = false;
+    bool changed = false;
     for (const Bad& ball : to_refine) {
-        if (const auto e = state_.edge_of(ball.id, ball.generation)) {
+        const auto e = state_.edge_of(ball.id, ball.generation);
+        if (!e) continue;
+        if (state_.crossing(*e).inferred) {
+            growth_->doubt(*e);
+        } else {
             insert(*e, Touch::Role::repair);
-            inserted = true;
         }
+        changed = true;
     }
-    return inserted;
+    return changed;
 }
 
 std::vector<std::uint32_t> Run::facets_near(const RestrictedSurface& surface, std::uint32_t sample) const {
@@ -223,7 +257,7 @@ void Run::report() {
     progress.probes = tool_.account().probes();
     progress.worst_ball_radius = bad_.empty() ? options_.epsilon : bad_.front().ball_radius;
     progress.epsilon = options_.epsilon;
-    progress.open_edges = exploration_.open_count();
+    progress.open_edges = exploration_.open_count() + (growth_ ? growth_->open_count() : 0);
     progress.fraction_done = estimate_fraction();
     observer_.on_progress(progress);
 }
@@ -239,9 +273,11 @@ Result Run::result() {
     evidence.unrepresented_touches = unrepresented(surface).size();
     evidence.open_edges = exploration_.open_count();
     evidence.seeds_given = !options_.seed_rays.empty();
+    if (growth_) evidence.reach = growth_->evidence();
     result.certificate = certify(options_, result.topology, evidence);
     if (result.certificate.status == Certificate::Status::incomplete) result.bad_places = bad_places(surface, result.topology);
     result.account = tool_.account();
+    if (growth_) result.account.inferred_contact = growth_->inferred();
     result.touches = tool_.touches();
     result.samples = state_.sample_count();
     result.lower_bound_samples = lower_bound_samples(surface_area(surface.mesh), options_.epsilon);

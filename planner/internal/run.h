@@ -1,11 +1,13 @@
 // One run of the planner: state, tool, exploration and criteria wired into the loop of thesis 8.2.
 #pragma once
 
+#include <optional>
 #include <set>
 #include <vector>
 
 #include "planner/criteria.h"
 #include "planner/internal/exploration.h"
+#include "planner/internal/growth.h"
 #include "planner/internal/maintained_delaunay.h"
 #include "planner/internal/restricted_surface.h"
 #include "planner/internal/seeding.h"
@@ -28,6 +30,9 @@ private:
     void probe(DirectedEdge e);
     void on_contact(DirectedEdge e);
     void insert(DirectedEdge crossing, Touch::Role role);
+    void add_sample(const Point& p, CellId near, std::uint32_t touch, Touch::Role role);
+    // One step of the front. False if it has nothing to do.
+    bool grow();
     // The thesis' refinement: the centre of the largest bad ball becomes a sample. False if there is none.
     bool insert_worst();
     // Explores around samples that no facet of Ŝ uses: a component that was only touched, or a seed whose facet failed.
@@ -59,6 +64,7 @@ private:
     MaintainedDelaunay state_;
     Tool tool_;
     Exploration exploration_;
+    std::optional<Growth> growth_;     // with a bound on the reach
     std::vector<Bad> bad_;             // heap
     std::set<std::uint32_t> faceted_;  // first touches that were given a seed facet, or for which that was tried
     std::size_t max_samples_ = 0;

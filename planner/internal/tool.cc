@@ -35,7 +35,8 @@ void Tool::go_to(NodeId node) {
 
 Tool::Answer Tool::probe(const Point& target, Touch::Role role) {
     assert(at_ != kNoNode);
-    const Point from = roadmap_.at(at_);
+    const NodeId start = at_;
+    const Point from = roadmap_.at(start);
     const ProbeAnswer answer = oracle_.probe(target);
     account_.probing += (answer.position - from).norm();
     at_ = kNoNode;
@@ -45,12 +46,32 @@ Tool::Answer Tool::probe(const Point& target, Touch::Role role) {
     }
     ++account_.contact;
     touches_.push_back({answer.position, from, role, std::nullopt});
+    touch_starts_.push_back(start);
     return {true, answer.position, static_cast<std::uint32_t>(touches_.size() - 1)};
+}
+
+std::optional<Tool::Answer> Tool::move_through(std::span<const Point> path) {
+    for (const Point& target : path) {
+        const Point from = roadmap_.at(at_);
+        const ProbeAnswer answer = oracle_.probe(target);
+        account_.travel += (answer.position - from).norm();
+        const bool contact = answer.outcome == ProbeAnswer::Outcome::contact;
+        if (contact) {
+            ++account_.contact;
+            touches_.push_back({answer.position, from, Touch::Role::crossing, std::nullopt});
+            touch_starts_.push_back(at_);
+        }
+        arrive(roadmap_.add(at_, answer.position));
+        if (contact) return Answer{true, answer.position, static_cast<std::uint32_t>(touches_.size() - 1)};
+    }
+    return std::nullopt;
 }
 
 void Tool::assign(std::uint32_t touch, Touch::Role role, std::uint32_t sample) {
     touches_[touch].role = role;
     touches_[touch].sample = sample;
+    if (sample_starts_.size() <= sample) sample_starts_.resize(sample + 1, kNoNode);
+    sample_starts_[sample] = touch_starts_[touch];
 }
 
 }  // namespace palpate

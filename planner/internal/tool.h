@@ -1,6 +1,8 @@
 // The tool as the planner sees it: at a node of the roadmap, with an account of all it did.
 #pragma once
 
+#include <optional>
+#include <span>
 #include <vector>
 
 #include "planner/account.h"
@@ -16,7 +18,7 @@ public:
     // any way from there is free. All arguments must outlive the tool.
     Tool(SurfaceOracle& oracle, const Workspace& workspace, Roadmap& roadmap);
 
-    // Moves along proven-free segments.
+    // Moves along segments of the roadmap.
     void go_to(NodeId node);
 
     struct Answer {
@@ -27,10 +29,15 @@ public:
     // Probes straight from the node where the tool is. The caller makes the node where it is then, and says so: arrive().
     Answer probe(const Point& target, Touch::Role role = Touch::Role::crossing);
     void arrive(NodeId node) { at_ = node; }
+    // Moves along straight segments that are free if a bound on the reach holds; they become part of the roadmap. Stops
+    // and answers if S is met: then the bound does not hold.
+    std::optional<Answer> move_through(std::span<const Point> path);
 
     [[nodiscard]] NodeId at() const { return at_; }
     [[nodiscard]] const Account& account() const { return account_; }
     [[nodiscard]] const std::vector<Touch>& touches() const { return touches_; }
+    // Where the probe that touched the sample came from.
+    [[nodiscard]] NodeId start_of_sample(std::uint32_t sample) const { return sample_starts_[sample]; }
     // A touch turned out to be more than a crossing.
     void assign(std::uint32_t touch, Touch::Role role, std::uint32_t sample);
     void end_of_seeding() { account_.seed = account_.probes(); }
@@ -41,6 +48,8 @@ private:
     NodeId at_ = kNoNode;
     Account account_;
     std::vector<Touch> touches_;
+    std::vector<NodeId> touch_starts_;   // by touch
+    std::vector<NodeId> sample_starts_;  // by sample
 };
 
 }  // namespace palpate

@@ -60,7 +60,10 @@ bool MaintainedDelaunay::is_valid(std::string* why) const {
                 valid &=
                     check((c.from - along->start_point()).norm() <= tolerance, e, "the crossing was not seen from where the edge starts");
             }
-            const double radius = (c.near - samples_[facet_samples(e)[0]]).norm();
+            const Point& a = samples_[facet_samples(e)[0]];
+            const double radius = std::max((c.near - a).norm(), (c.far - a).norm());
+            valid &= check(!c.inferred || (!c.from_vertex && c.from_node == kNoNode && c.near_node == kNoNode), e,
+                           "an inferred crossing that frees something");
             valid &= check(std::abs(radius - c.ball_radius) <= tolerance, e, "the ball radius is wrong");
         }
     }

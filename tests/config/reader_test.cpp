@@ -151,7 +151,7 @@ TEST_F(Reader, RefusesSeedsThatAreNotWholeNumbers) {
 
 TEST_F(Reader, RefusesUnknownKeysAndSuggestsNearOnes) {
     EXPECT_EQ(complaint("probing:\n  epsilom: 0.25\n"),
-              "s.yaml:2: probing.epsilom: unknown key; did you mean \"epsilon\"?; allowed: epsilon, reach, strategy, seed_rays, "
+              "s.yaml:2: probing.epsilom: unknown key; did you mean \"epsilon\"?; allowed: epsilon, reach, strategy, standoff, seed_rays, "
               "refinement_floor");
     EXPECT_EQ(complaint(kProbing + "colour: red\n"), "s.yaml:2: colour: unknown key; allowed: object, workspace, probing, random_seed");
     EXPECT_EQ(complaint(kProbing + "workspace: {ball: {centre: [0, 0, 0], radius: 1}}"),

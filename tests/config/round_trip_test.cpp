@@ -55,10 +55,11 @@ TEST(RoundTrip, EveryAngleIsReachedAndRoundOnesStayRound) {
 TEST(Writer, SpellsOutEveryDefaultInAFixedOrder) {
     const test::TemporaryFolder folder;
     const SessionConfig config = read_config(folder.write("a.yaml", "probing: {epsilon: 0.25}\nobject: {mesh: part.off}\n"));
-    EXPECT_EQ(write_config(config), "object:\n  mesh: \"" + (folder.path() / "part.off").string() +
-                                        "\"\n  scale: 1\nworkspace: auto\nprobing:\n  epsilon: 0.25\n  reach: null\n"
-                                        "  strategy: {refine: eager, explore: closure, infer: none, travel: voronoi}\n"
-                                        "  seed_rays: []\n  refinement_floor: 0.125\nrandom_seed: 1\n");
+    EXPECT_EQ(write_config(config),
+              "object:\n  mesh: \"" + (folder.path() / "part.off").string() +
+                  "\"\n  scale: 1\nworkspace: auto\nprobing:\n  epsilon: 0.25\n  reach: null\n"
+                  "  strategy: {refine: eager, explore: closure, infer: reach, travel: free_space}\n  standoff: null\n"
+                  "  seed_rays: []\n  refinement_floor: 0.125\nrandom_seed: 1\n");
 }
 
 TEST(Writer, RefusesWhatYamlCannotHold) {

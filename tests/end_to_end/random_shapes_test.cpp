@@ -42,7 +42,7 @@ TEST_P(RandomShapes, EndWithTheTruth) {
     const Workspace workspace = random_() % 2 == 0 ? Workspace(Ball{bounds.center() + spare, bounds.diagonal() / 2 + 0.6})
                                                    : Workspace(Box{bounds.min - spare, bounds.max + 2 * spare});
     const Subject random_subject{"random", shape, workspace, {}, {}};
-    const Strategy strategy = all_strategies()[random_() % 4];
+    const Strategy strategy = all_strategies()[random_() % 5];
     const double epsilon = uniform(0.15, 0.4) * *object.reach();
     SCOPED_TRACE("epsilon " + std::to_string(epsilon) + " " + strategy_name(strategy));
     const FinishedRun run(random_subject, epsilon, strategy);

@@ -60,7 +60,7 @@ void expect_sparse(const FinishedRun& run);
 void expect_true_records(const FinishedRun& run);
 
 std::string strategy_name(const Strategy& strategy);
-// The four combinations of refine and explore.
+// The four combinations of refine and explore without inference, and the default.
 std::vector<Strategy> all_strategies();
 
 }  // namespace palpate

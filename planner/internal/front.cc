@@ -1,0 +1,268 @@
+#include "planner/internal/front.h"
+
+#include <Eigen/Geometry>
+#include <algorithm>
+#include <cmath>
+
+namespace palpate {
+namespace {
+
+// Touches for one open edge that changed nothing, after which it is left to a walk over Voronoi edges.
+constexpr std::uint32_t kMaxAttempts = 6;
+// Attempts that may go to a dual edge in doubt.
+constexpr std::uint32_t kDualAttempts = 2;
+// Places that are tried between the ideal place of a new sample and the centre of the empty circle ahead.
+constexpr int kPlaces = 4;
+// A facet ahead is larger than ε by this much before its centre is too far away to aim at.
+constexpr double kLarge = 4.0;
+// New samples keep a distance of that many ε: rounding aside.
+constexpr double kSpacing = 1 + 1e-7;
+// Facets steeper than this against the open edge's tangent plane are not ahead.
+constexpr double kSteepest = 0.5;
+// A start is put inside a lens by this part of the way: not on its boundary.
+constexpr double kInside = 1e-3;
+
+}  // namespace
+
+struct Front::OpenEdge {
+    std::uint32_t a = 0;
+    std::uint32_t b = 0;
+    std::uint32_t c = 0;  // third corner of the one facet
+    DirectedEdge facet;   // its dual edge, with the crossing
+    std::uint32_t attempts = 0;
+    Point middle = Point::Zero();
+    double half = 0.0;              // mm: half the edge's length
+    Vector up = Vector::Zero();     // unit: outwards, orthogonal to the edge
+    Vector ahead = Vector::Zero();  // unit: away from c, in the tangent plane
+};
+
+// --- noting ----------------------------------------------------------------------------------------------------------
+
+void Front::note_edge(std::uint32_t a, std::uint32_t b, const EdgeTicket& hint, std::uint32_t attempts) {
+    if (a > b) std::swap(a, b);
+    tasks_.add({{a, b, Task::kNoSample}, attempts, (state_.sample(a) + state_.sample(b)) / 2, hint});
+}
+
+void Front::note_edges_of(const std::array<std::uint32_t, 3>& facet, const EdgeTicket& hint) {
+    note_edge(facet[0], facet[1], hint);
+    note_edge(facet[1], facet[2], hint);
+    note_edge(facet[2], facet[0], hint);
+}
+
+void Front::note_crossing(DirectedEdge e) { note_edges_of(state_.facet_samples(e), state_.ticket(e)); }
+
+double Front::circumradius(const std::array<std::uint32_t, 3>& facet) const {
+    const Vector u = state_.sample(facet[1]) - state_.sample(facet[0]);
+    const Vector v = state_.sample(facet[2]) - state_.sample(facet[0]);
+    return u.norm() * v.norm() * (u - v).norm() / (2 * u.cross(v).norm());
+}
+
+bool Front::infer(DirectedEdge e) {
+    if (state_.crossed(e) || !(circumradius(state_.facet_samples(e)) <= options_.epsilon)) return false;
+    const std::optional<DirectedEdge> inwards = inference_.infer(e, options_.epsilon);
+    if (inwards) note_crossing(*inwards);
+    return inwards.has_value();
+}
+
+void Front::note_insertion(const MaintainedDelaunay::Insertion& insertion) {
+    for (const auto& facet : insertion.lost) note_edges_of(facet, {});
+    for (const DirectedEdge from_new : insertion.cropped) {
+        for (int i = 0; i < 4; ++i) {
+            const DirectedEdge e{from_new.cell, i};
+            if (i != from_new.facet && e.cell > state_.neighbor(e)) continue;  // seen from the other new cell
+            if (state_.is_finite(e)) infer(e);
+        }
+    }
+}
+
+void Front::sweep() {
+    for (CellId cell = 0; cell < state_.cell_slots(); ++cell) {
+        if (!state_.is_live(cell)) continue;
+        for (int i = 0; i < 4; ++i) {
+            const DirectedEdge e{cell, i};
+            if (state_.recorded_state(e) == EdgeState::crossing) {
+                note_crossing(e);
+            } else if (cell < state_.neighbor(e) && state_.is_finite(e)) {
+                infer(e);
+            }
+        }
+    }
+}
+
+void Front::note_doubt(DirectedEdge e) {
+    auto facet = state_.facet_samples(e);
+    const Point centre = (state_.sample(facet[0]) + state_.sample(facet[1]) + state_.sample(facet[2])) / 3;
+    std::sort(facet.begin(), facet.end());
+    tasks_.add({facet, 0, centre, state_.ticket(e)});
+}
+
+// --- choosing --------------------------------------------------------------------------------------------------------
+
+std::optional<Front::OpenEdge> Front::look_at(const Task& task) {
+    OpenEdge edge;
+    edge.a = task.samples[0];
+    edge.b = task.samples[1];
+    edge.attempts = task.attempts;
+    state_.facets_around(edge.a, edge.b, task.hint, around_);
+    int facets = 0;
+    for (const DirectedEdge e : around_) {
+        if (const auto known = state_.crossed(e)) {
+            ++facets;
+            edge.facet = *known;
+        }
+    }
+    if (facets != 1) return std::nullopt;
+    Vector up = Vector::Zero();
+    if (inference_.knows(edge.a)) up += inference_.normal(edge.a);
+    if (inference_.knows(edge.b)) up += inference_.normal(edge.b);
+    if (up.isZero()) return std::nullopt;
+    for (const std::uint32_t v : state_.facet_samples(edge.facet)) {
+        if (v != edge.a && v != edge.b) edge.c = v;
+    }
+    const Vector along = state_.sample(edge.b) - state_.sample(edge.a);
+    edge.middle = (state_.sample(edge.a) + state_.sample(edge.b)) / 2;
+    edge.half = along.norm() / 2;
+    edge.up = (up - up.dot(along) / along.squaredNorm() * along).normalized();
+    edge.ahead = edge.up.cross(along).normalized();
+    if (edge.ahead.dot(state_.sample(edge.c) - edge.middle) > 0) edge.ahead = -edge.ahead;
+    return edge;
+}
+
+bool Front::infer_around() {
+    return std::any_of(around_.begin(), around_.end(), [&](DirectedEdge e) { return infer(e); });
+}
+
+std::optional<FacetView> Front::facet_ahead(const OpenEdge& edge) {
+    std::optional<FacetView> best;
+    double best_off = 0;
+    for (const DirectedEdge e : around_) {
+        if (state_.crossed(e)) continue;
+        const auto corners = state_.facet_samples(e);
+        const bool is_ahead = std::any_of(corners.begin(), corners.end(), [&](std::uint32_t v) {
+            return v != edge.a && v != edge.b && (state_.sample(v) - edge.middle).dot(edge.ahead) > 0;
+        });
+        if (!is_ahead || !(circumradius(corners) < kLarge * options_.epsilon)) continue;
+        const std::optional<FacetView> view = inference_.view(e);
+        if (!view || view->up.dot(edge.up) < kSteepest) continue;
+        // How far S, if it were flat, would miss the dual edge.
+        const double off = std::max({0.0, view->bottom, -view->top});
+        if (best && best_off <= off) continue;
+        best = view;
+        best_off = off;
+    }
+    return best;
+}
+
+std::optional<FrontTouch> Front::touch_dual_edge(const FacetView& facet) const {
+    if (!facet.exterior) return std::nullopt;
+    // Where the edge's exterior end is in doubt itself, the probe starts above it.
+    double height = std::max(std::min(facet.top, options_.standoff), *facet.exterior + kInside * options_.epsilon);
+    for (int k = 0; k < 8; ++k) {
+        const Point start = facet.at(height);
+        if (inference_.knows(facet.exterior_of) && inference_.lens(facet.exterior_of, Side::exterior).contains(start)) {
+            FrontTouch touch;
+            touch.start = start;
+            touch.home = facet.exterior_of;
+            touch.certain = facet.interior && *facet.interior >= facet.bottom;
+            touch.interior_of = facet.interior_of;
+            touch.target = facet.at(touch.certain ? *facet.interior : std::max(facet.bottom, -2 * options_.epsilon));
+            touch.along = facet;
+            touch.beside = facet.corners;
+            return touch;
+        }
+        height = *facet.exterior + (height - *facet.exterior) / 4;
+    }
+    return std::nullopt;
+}
+
+std::optional<FrontTouch> Front::touch_ahead(const OpenEdge& edge, const std::optional<FacetView>& ahead) {
+    // On the bisector plane of the edge's ends, at the circumradius wanted; a longer edge has a larger circle.
+    const double radius = std::max(options_.growth * options_.epsilon, edge.half * (1 + kInside));
+    const double ideal = radius + std::sqrt(radius * radius - edge.half * edge.half);
+    const double centre = ahead ? (ahead->line.origin - edge.middle).dot(edge.ahead) : ideal;
+    near_.clear();
+    const auto add_neighbors = [&](std::uint32_t sample) {
+        state_.adjacent_samples(sample, adjacent_);
+        near_.insert(near_.end(), adjacent_.begin(), adjacent_.end());
+    };
+    add_neighbors(edge.a);
+    add_neighbors(edge.b);
+    if (ahead) {
+        for (const std::uint32_t v : ahead->corners) {
+            if (v != edge.a && v != edge.b) add_neighbors(v);
+        }
+    }
+    const std::array<std::uint32_t, 3> beside{edge.a, edge.b, edge.c};
+    for (int k = static_cast<int>(edge.attempts); k <= kPlaces; ++k) {
+        const Point place = edge.middle + (ideal + (centre - ideal) * k / kPlaces) * edge.ahead;
+        FrontTouch touch;
+        touch.beside = beside;
+        std::optional<Interval> free;
+        std::optional<double> inside;
+        for (const std::uint32_t v : beside) {
+            if (!inference_.knows(v)) continue;
+            if (const auto in = inference_.lens(v, Side::exterior).clip(place, edge.up); in && (!free || in->low < free->low)) {
+                free = in;
+                touch.home = v;
+            }
+            if (const auto in = inference_.lens(v, Side::interior).clip(place, edge.up); in && (!inside || in->high > *inside)) {
+                inside = in->high;
+                touch.interior_of = v;
+            }
+        }
+        if (!free) continue;
+        // S is met between these heights: everywhere there the touch must keep its distance.
+        const double low = inside.value_or(-2 * options_.epsilon);
+        const bool spaced = std::all_of(near_.begin(), near_.end(), [&](std::uint32_t v) {
+            const Vector d = state_.sample(v) - place;
+            return (d - std::clamp(d.dot(edge.up), std::min(low, free->low), free->low) * edge.up).norm() > kSpacing * options_.epsilon;
+        });
+        if (!spaced) continue;
+        const double lowest = free->low + kInside * (free->high - free->low);
+        const double highest = free->high - kInside * (free->high - free->low);
+        touch.start = place + std::clamp(options_.standoff, lowest, highest) * edge.up;
+        touch.target = place + low * edge.up;
+        touch.certain = inside.has_value();
+        return touch;
+    }
+    return ahead ? touch_dual_edge(*ahead) : std::nullopt;
+}
+
+std::optional<FrontTouch> Front::doubted(const Task& task) {
+    const auto e = state_.find_facet(task.samples[0], task.samples[1], task.samples[2]);
+    if (!e) return std::nullopt;
+    const auto known = state_.crossed(*e);
+    if (!known || !state_.crossing(*known).inferred) return std::nullopt;
+    const auto view = inference_.view(*known);
+    return view ? touch_dual_edge(*view) : std::nullopt;
+}
+
+std::optional<FrontTouch> Front::next(const Point& tool) {
+    const auto is_done = [&](const Task& task) {
+        if (task.samples[2] != Task::kNoSample) return false;
+        state_.facets_around(task.samples[0], task.samples[1], task.hint, around_);
+        return std::count_if(around_.begin(), around_.end(), [&](DirectedEdge e) { return state_.crossed(e).has_value(); }) != 1;
+    };
+    while (const std::optional<Task> task = tasks_.take_nearest(tool, is_done)) {
+        if (task->samples[2] != Task::kNoSample) {
+            if (const auto touch = doubted(*task)) return touch;
+            continue;
+        }
+        const std::optional<OpenEdge> edge = look_at(*task);
+        if (!edge || edge->attempts > kMaxAttempts) continue;
+        // Normals may be known better by now than when the facets around were new.
+        if (infer_around()) continue;
+        const std::optional<FacetView> ahead = facet_ahead(*edge);
+        std::optional<FrontTouch> touch;
+        if (ahead && ahead->line.circumradius <= options_.epsilon && edge->attempts < kDualAttempts) {
+            touch = touch_dual_edge(*ahead);
+        }
+        if (!touch) touch = touch_ahead(*edge, ahead);
+        if (!touch) continue;
+        note_edge(edge->a, edge->b, state_.ticket(edge->facet), edge->attempts + 1);  // until it is closed
+        return touch;
+    }
+    return std::nullopt;
+}
+
+}  // namespace palpate

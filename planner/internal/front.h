@@ -1,0 +1,81 @@
+// Where to touch next so that Ŝ grows over S from its open edges (DESIGN section 6).
+//
+// An open edge is a Delaunay edge with one facet of Ŝ. The facets around it are looked at first: one that S must cross, as lenses
+// show, closes it without a touch. If S crosses one of them within a small ball but lenses cannot tell which, its dual edge
+// is probed from within the lens. Otherwise a new sample is touched ahead of the edge, so that the two make a triangle of circumradius
+// `growth`·ε, or nearer to the centre of the empty circle ahead where that would come too near to another sample.
+#pragma once
+
+#include <array>
+#include <cstdint>
+#include <optional>
+#include <vector>
+
+#include "planner/internal/inference.h"
+#include "planner/internal/task_grid.h"
+
+namespace palpate {
+
+// A touch that a front asks for.
+struct FrontTouch {
+    Point start = Point::Zero();   // in the exterior lens of `home`
+    Point target = Point::Zero();  // S lies before it, ...
+    bool certain = false;          // ... as the interior lens of `home`'s fellow `interior_of` shows
+    std::uint32_t home = 0;
+    std::uint32_t interior_of = 0;
+    std::optional<FacetView> along;         // the dual edge that is probed; nothing: a new sample
+    std::array<std::uint32_t, 3> beside{};  // samples around: the open edge and the third corner of its facet
+};
+
+class Front {
+public:
+    struct Options {
+        double epsilon = 0.0;   // mm
+        double standoff = 0.0;  // mm: a probe starts so far above S if that is proven free, or as near to that as is
+        double growth = kGrowth;
+    };
+    // Of ε: the circumradius of new triangles. Larger makes fewer samples, and more of them in doubt.
+    static constexpr double kGrowth = 0.92;
+
+    Front(MaintainedDelaunay& state, Inference& inference, const Options& options)
+        : state_(state), inference_(inference), options_(options), tasks_(2 * options.epsilon) {}
+
+    void note_insertion(const MaintainedDelaunay::Insertion& insertion);
+    // The edge holds a crossing now.
+    void note_crossing(DirectedEdge e);
+    // Infers and notes everything afresh. Linear time.
+    void sweep();
+    // The facet is to be touched although it is inferred.
+    void note_doubt(DirectedEdge e);
+
+    // What to touch next, nearest to the tool first. Nothing when no open edge is left that a touch near it can close.
+    [[nodiscard]] std::optional<FrontTouch> next(const Point& tool);
+    [[nodiscard]] std::size_t open_count() const { return tasks_.size(); }
+
+private:
+    struct OpenEdge;
+
+    bool infer(DirectedEdge e);
+    void note_edge(std::uint32_t a, std::uint32_t b, const EdgeTicket& hint, std::uint32_t attempts = 0);
+    void note_edges_of(const std::array<std::uint32_t, 3>& facet, const EdgeTicket& hint);
+    [[nodiscard]] double circumradius(const std::array<std::uint32_t, 3>& facet) const;
+    // The open edge as it is now; nothing if it is closed.
+    [[nodiscard]] std::optional<OpenEdge> look_at(const Task& task);
+    // Looks again at the facets around the edge that was looked at last. True if one closes it.
+    bool infer_around();
+    // The facet ahead of the edge that S crosses most likely.
+    [[nodiscard]] std::optional<FacetView> facet_ahead(const OpenEdge& edge);
+    [[nodiscard]] std::optional<FrontTouch> touch_dual_edge(const FacetView& facet) const;
+    [[nodiscard]] std::optional<FrontTouch> touch_ahead(const OpenEdge& edge, const std::optional<FacetView>& ahead);
+    [[nodiscard]] std::optional<FrontTouch> doubted(const Task& task);
+
+    MaintainedDelaunay& state_;
+    Inference& inference_;
+    const Options options_;
+    TaskGrid tasks_;
+    std::vector<DirectedEdge> around_;     // scratch
+    std::vector<std::uint32_t> adjacent_;  // scratch
+    std::vector<std::uint32_t> near_;      // scratch
+};
+
+}  // namespace palpate

@@ -1,0 +1,242 @@
+#include "planner/internal/inference.h"
+
+#include <Eigen/Geometry>
+#include <algorithm>
+#include <cmath>
+#include <sstream>
+
+namespace palpate {
+namespace {
+
+// Neighbours that a cone is begun with: some pair of the nearest ones spans the tangent plane.
+constexpr std::size_t kPairs = 8;
+// Samples farther from a facet's centre than this many of its circumradii do not help to see where S crosses.
+constexpr double kNear = 3.0;
+// The largest bound that evidence allows is found to one part in that.
+constexpr int kBisections = 30;
+
+}  // namespace
+
+double FacetView::ball_radius() const { return std::hypot(line.circumradius, std::max(std::abs(*exterior), std::abs(*interior))); }
+
+// --- normals ---------------------------------------------------------------------------------------------------------
+
+void Inference::sort_neighbors(const Point& p, std::vector<std::uint32_t>& samples) const {
+    std::erase_if(samples, [&](std::uint32_t b) { return (state_.sample(b) - p).norm() > range(); });
+    std::sort(samples.begin(), samples.end(), [&](std::uint32_t b, std::uint32_t c) {
+        const double db = (state_.sample(b) - p).squaredNorm();
+        const double dc = (state_.sample(c) - p).squaredNorm();
+        return db != dc ? db < dc : b < c;
+    });
+}
+
+bool Inference::find_cone(Apex& apex, std::span<const std::uint32_t> neighbors, double reach) const {
+    apex.cone = {};
+    const auto to = [&](std::uint32_t b) { return Vector(state_.sample(b) - apex.position); };
+    const std::size_t n = std::min(neighbors.size(), kPairs);
+    for (std::size_t j = 1; j < n && !apex.cone.is_known(); ++j) {
+        for (std::size_t i = 0; i < j && !apex.cone.is_known(); ++i) {
+            apex.cone.begin(to(neighbors[i]), to(neighbors[j]), apex.outwards, reach, margin_);
+        }
+    }
+    if (!apex.cone.is_known()) return true;
+    return std::all_of(neighbors.begin(), neighbors.end(), [&](std::uint32_t b) { return apex.cone.narrow(to(b), reach, margin_); });
+}
+
+void Inference::begin(std::uint32_t sample) {
+    Apex& apex = apexes_[sample];
+    state_.adjacent_samples(sample, neighbors_);
+    sort_neighbors(apex.position, neighbors_);
+    if (!find_cone(apex, neighbors_, reach_)) {
+        refute(apex, neighbors_, apex.position, true);
+        apex.cone = {};
+    }
+}
+
+void Inference::note_sample(std::uint32_t sample, const Vector& outwards) {
+    if (apexes_.size() <= sample) apexes_.resize(sample + 1);
+    Apex& apex = apexes_[sample];
+    apex.position = state_.sample(sample);
+    apex.outwards = outwards;
+    begin(sample);
+    state_.adjacent_samples(sample, ring_);
+    for (const std::uint32_t b : ring_) {
+        if (b >= apexes_.size() || apexes_[b].outwards.isZero()) continue;
+        Apex& other = apexes_[b];
+        const Vector to = apex.position - other.position;
+        if (to.norm() > range()) continue;
+        if (!other.cone.is_known()) {
+            begin(b);
+        } else if (!other.cone.narrow(to, reach_, margin_)) {
+            state_.adjacent_samples(b, neighbors_);
+            refute(other, neighbors_, apex.position, true);
+            other.cone = {};
+        }
+    }
+}
+
+void Inference::note_touch(const Point& touched, const Vector& outwards, std::span<const std::uint32_t> beside) {
+    check(touched, true, beside);
+    for (const std::uint32_t b : beside) {
+        const Vector to = touched - state_.sample(b);
+        // Nearer than its own margin a touch says nothing on the normal.
+        if (!knows(b) || to.norm() < std::sqrt(margin_ * reach_) || apexes_[b].cone.narrow(to, reach_, margin_)) continue;
+        state_.adjacent_samples(b, neighbors_);
+        refute(apexes_[b], neighbors_, touched, true);
+    }
+    Witness witness{{touched, outwards, {}}, {beside.begin(), beside.end()}};
+    sort_neighbors(touched, witness.beside);
+    if (!find_cone(witness.apex, witness.beside, reach_) || !witness.apex.cone.is_known()) return;
+    for (const std::uint32_t b : witness.beside) witnesses_of_[b].push_back(static_cast<std::uint32_t>(witnesses_.size()));
+    witnesses_.push_back(std::move(witness));
+}
+
+// --- refutation ------------------------------------------------------------------------------------------------------
+
+void Inference::check(const Point& x, bool touched, std::span<const std::uint32_t> lenses) {
+    for (const std::uint32_t sample : lenses) {
+        if (!knows(sample) || x == state_.sample(sample)) continue;
+        if (!lens(sample, Side::interior).contains(x) && !(touched && lens(sample, Side::exterior).contains(x))) continue;
+        state_.adjacent_samples(sample, neighbors_);
+        refute(apexes_[sample], neighbors_, x, touched);
+    }
+}
+
+template <typename Allows>
+double Inference::largest_reach(const Allows& allows) const {
+    double good = 0;
+    double bad = reach_;
+    for (int k = 0; k < kBisections; ++k) {
+        const double middle = (good + bad) / 2;
+        (allows(middle) ? good : bad) = middle;
+    }
+    return bad;
+}
+
+void Inference::check_way(const Point& x, std::span<const std::uint32_t> lenses) {
+    check(x, true, lenses);
+    if (refutation_) return;
+    std::ostringstream text;
+    text << "the touch at (" << x.transpose() << ") was met on a way that the bound makes free";
+    refutation_ = Refutation{reach_, x, text.str()};
+}
+
+void Inference::refute(const Apex& apex, std::vector<std::uint32_t> neighbors, const Point& x, bool touched) {
+    sort_neighbors(apex.position, neighbors);
+    const auto allows = [&](double reach) {
+        Apex trial{apex.position, apex.outwards, {}};
+        if (!find_cone(trial, neighbors, reach)) return false;
+        if (!trial.cone.is_known() || x == apex.position) return true;
+        if (Lens{trial.position, trial.cone, reach, margin_, Side::interior}.contains(x)) return false;
+        return !touched || (!Lens{trial.position, trial.cone, reach, margin_, Side::exterior}.contains(x) &&
+                            trial.cone.narrow(x - trial.position, reach, margin_));
+    };
+    const double largest = largest_reach(allows);
+    if (refutation_ && refutation_->largest_reach <= largest) return;
+    std::ostringstream text;
+    text << (touched ? "the touch at (" : "the free place (") << x.transpose() << ") contradicts the normals that the samples around ("
+         << apex.position.transpose() << ") allow";
+    refutation_ = Refutation{largest, x, text.str()};
+}
+
+void Inference::refute(const FacetView& seen) {
+    // The samples' own lenses may show it at a smaller bound, too; otherwise all that is known is that this bound is false.
+    const auto allows = [&](double reach) {
+        std::optional<double> exterior;
+        std::optional<double> interior;
+        for (const auto& [sample, side] : {std::pair{seen.exterior_of, Side::exterior}, {seen.interior_of, Side::interior}}) {
+            Apex trial{apexes_[sample].position, apexes_[sample].outwards, {}};
+            state_.adjacent_samples(sample, neighbors_);
+            sort_neighbors(trial.position, neighbors_);
+            if (!find_cone(trial, neighbors_, reach)) return false;
+            if (!trial.cone.is_known()) return true;
+            const auto inside = Lens{trial.position, trial.cone, reach, margin_, side}.clip(seen.line.origin, seen.up);
+            if (!inside) return true;
+            if (side == Side::exterior) exterior = inside->low;
+            if (side == Side::interior) interior = inside->high;
+        }
+        return *exterior > *interior;
+    };
+    const double largest = largest_reach(allows);
+    if (refutation_ && refutation_->largest_reach <= largest) return;
+    std::ostringstream text;
+    text << "the samples around (" << seen.line.origin.transpose() << ") would make a place there free and inside the object at once";
+    refutation_ = Refutation{largest, seen.line.origin, text.str()};
+}
+
+void Inference::lower(double reach) {
+    reach_ = reach;
+    refutation_.reset();
+    for (std::uint32_t sample = 0; sample < apexes_.size(); ++sample) {
+        apexes_[sample].cone = {};
+        if (!apexes_[sample].outwards.isZero()) begin(sample);
+    }
+    const std::vector<Witness> witnesses = std::move(witnesses_);
+    witnesses_.clear();
+    witnesses_of_.clear();
+    for (const Witness& w : witnesses) note_touch(w.apex.position, w.apex.outwards, w.beside);
+}
+
+// --- crossings -------------------------------------------------------------------------------------------------------
+
+std::optional<FacetView> Inference::view(DirectedEdge e) const {
+    const std::optional<EdgeSpan> along = state_.span(e);
+    if (!along) return std::nullopt;
+    FacetView result;
+    result.corners = state_.facet_samples(e);
+    Vector normal = Vector::Zero();
+    for (const std::uint32_t v : result.corners) {
+        if (knows(v)) normal += apexes_[v].cone.axis();
+    }
+    if (normal.isZero()) return std::nullopt;
+    result.line = along->line;
+    const double outwards = normal.dot(along->line.direction) >= 0 ? 1 : -1;
+    result.up = outwards * along->line.direction;
+    const double start = outwards * along->start;
+    const double end = outwards * along->end;
+    result.inwards = start >= end ? e : state_.opposite(e);
+    result.top = std::max(start, end);
+    result.bottom = std::min(start, end);
+
+    const auto look = [&](const Apex& apex, std::uint32_t of) {
+        if (const auto inside = lens(apex, Side::exterior).clip(result.line.origin, result.up)) {
+            if (!result.exterior || inside->low < *result.exterior) {
+                result.exterior = inside->low;
+                result.exterior_of = of;
+            }
+        }
+        if (const auto inside = lens(apex, Side::interior).clip(result.line.origin, result.up)) {
+            if (!result.interior || inside->high > *result.interior) {
+                result.interior = inside->high;
+                result.interior_of = of;
+            }
+        }
+    };
+    const auto look_from = [&](std::uint32_t sample) {
+        if (knows(sample)) look(apexes_[sample], sample);
+        if (witnesses_.empty()) return;
+        const auto found = witnesses_of_.find(sample);
+        if (found == witnesses_of_.end()) return;
+        for (const std::uint32_t w : found->second) look(witnesses_[w].apex, sample);
+    };
+    for (const std::uint32_t v : result.corners) look_from(v);
+    const DirectedEdge back = state_.opposite(e);
+    for (const auto& beyond : {state_.sample_of(e.cell, e.facet), state_.sample_of(back.cell, back.facet)}) {
+        if (beyond && (state_.sample(*beyond) - result.line.origin).norm() < kNear * result.line.circumradius) look_from(*beyond);
+    }
+    return result;
+}
+
+std::optional<DirectedEdge> Inference::infer(DirectedEdge e, double max_ball_radius) {
+    if (state_.crossed(e)) return std::nullopt;
+    const std::optional<FacetView> seen = view(e);
+    if (seen && seen->is_contradictory()) refute(*seen);
+    if (!seen || !seen->is_crossed() || seen->ball_radius() > max_ball_radius) return std::nullopt;
+    if (state_.recorded_state(seen->inwards) != EdgeState::unknown) return std::nullopt;
+    state_.learn_inferred(seen->inwards, seen->at(*seen->exterior), seen->at(*seen->interior));
+    ++inferred_;
+    if (watcher_) watcher_(seen->at(*seen->exterior), seen->at(*seen->interior));
+    return seen->inwards;
+}
+
+}  // namespace palpate
