@@ -24,6 +24,7 @@ constexpr std::string_view kMillimetres = "mm";
 constexpr std::array<std::string_view, 1> kWorkspaceWords{"auto"};
 constexpr std::array<std::string_view, 2> kStrategyWords{"default", "thesis"};
 constexpr yaml::Bounds kFloorBounds{0.0, 1.0, false};
+constexpr yaml::Bounds kShareBounds{0.0, 1.0, true};
 
 Ball read_ball(Section& section) {
     Ball ball;
@@ -101,6 +102,8 @@ Options read_probing(Section& section) {
     options.standoff = section.number_or_null(
         {"standoff", "how far above the surface a probe starts where that is proven free; null: epsilon", Need::optional, kMillimetres},
         kPositive);
+    options.audit = section.number({"audit", "share of the inferred crossings that are touched anyway; at most 300 of them"}, kShareBounds,
+                                   options.audit);
     section.list({"seed_rays", "probed first, one per component at least; none: rays from the workspace towards its centre"}, 0, false,
                  [&](Section& ray) { options.seed_rays.push_back(read_seed_ray(ray)); });
     options.refinement_floor =
@@ -118,7 +121,8 @@ SessionConfig read_session(Section& section, const std::filesystem::path& folder
         Options options = read_probing(inner);
         config.probing = std::move(options);
     });
-    config.random_seed = section.whole_number({"random_seed", "the same seed and configuration give the same run"}, config.random_seed);
+    config.probing.random_seed =
+        section.whole_number({"random_seed", "the same seed and configuration give the same run"}, config.probing.random_seed);
     section.finish();
     return config;
 }

@@ -20,7 +20,6 @@ struct SessionConfig {
     std::optional<ObjectSpec> object;  // the hidden object of a simulation; nothing on a real machine
     WorkspaceSpec workspace;
     Options probing;
-    std::uint64_t random_seed = 1;
 };
 
 }  // namespace palpate

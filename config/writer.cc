@@ -120,6 +120,7 @@ void add_probing(Lines& lines, const Options& options) {
     lines.push_back("  reach: " + (options.reach ? number_text(*options.reach) : "null"));
     lines.push_back("  strategy: " + strategy_text(options.strategy));
     lines.push_back("  standoff: " + (options.standoff ? number_text(*options.standoff) : "null"));
+    lines.push_back("  audit: " + number_text(options.audit));
     lines.emplace_back(options.seed_rays.empty() ? "  seed_rays: []" : "  seed_rays:");
     for (const Segment& ray : options.seed_rays) {
         lines.push_back("    - {from: " + vector_text(ray.source) + ", to: " + vector_text(ray.target) + "}");
@@ -136,7 +137,7 @@ std::string write_config(const SessionConfig& config) {
     }
     lines.push_back("workspace: " + workspace_text(config.workspace));
     add_probing(lines, config.probing);
-    lines.push_back("random_seed: " + std::to_string(config.random_seed));
+    lines.push_back("random_seed: " + std::to_string(config.probing.random_seed));
     std::string text;
     for (const std::string& line : lines) {
         text += line + "\n";

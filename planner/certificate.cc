@@ -61,7 +61,12 @@ Premise reach_premise(const Options& options, const Evidence& evidence) {
     if (*options.reach < needed) {
         return {name, State::missing, text("the given bound of ", *options.reach, " mm is too small: this epsilon needs ", needed, " mm")};
     }
-    return {name, State::assumed, text("by the user: reach >= ", *options.reach, " mm; ", needed, " mm is needed")};
+    std::string detail = text("by the user: reach >= ", *options.reach, " mm; ", needed, " mm is needed");
+    if (evidence.reach) {
+        detail +=
+            text("; ", evidence.reach->inferred, " crossings inferred from it, ", evidence.reach->audited, " of them touched: all agree");
+    }
+    return {name, State::assumed, detail};
 }
 
 bool holds(const Premise& premise) { return premise.state == State::checked || premise.state == State::assumed; }

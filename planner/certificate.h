@@ -1,6 +1,7 @@
 // What the mesh guarantees, and on which assumptions (DESIGN section 4).
 #pragma once
 
+#include <cstdint>
 #include <limits>
 #include <optional>
 #include <string>
@@ -48,6 +49,8 @@ struct ReachEvidence {
     double largest = std::numeric_limits<double>::infinity();  // mm: no larger bound agrees with the touches
     double used = 0.0;                                         // mm: the bound that the mesh rests on
     std::string detail;                                        // which touch contradicts, and what
+    std::uint64_t inferred = 0;                                // crossings known without a touch
+    std::uint64_t audited = 0;                                 // of them, touched anyway
 };
 
 // What the certificate rests on, as found on the result.

@@ -31,6 +31,8 @@ struct Options {
     std::optional<double> reach;  // mm, > 0: a lower bound on rch(S) that the user vouches for
     Strategy strategy;
     std::optional<double> standoff;       // mm, > 0: how far above S a probe starts where that is proven free; none: epsilon
+    double audit = 0.02;                  // share, in [0, 1], of the inferred crossings that are touched anyway
+    std::uint64_t random_seed = 1;        // of that choice
     std::vector<Segment> seed_rays;       // one per component at least; empty: rays from the workspace towards its centre
     double refinement_floor = 1.0 / 8.0;  // of epsilon, in (0, 1]: the extra refinement of DESIGN section 4 stops there
 };

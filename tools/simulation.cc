@@ -89,7 +89,7 @@ Simulation simulate(const SessionConfig& config, const Scene& scene, const std::
     const Seconds total = std::chrono::steady_clock::now() - start;
     run.oracle_seconds = oracle.spent().count();
     run.planner_seconds = (total - oracle.spent() - checking).count();
-    run.truth = measure_truth(scene.object, run.result.mesh, TruthSampling{}, config.random_seed);
+    run.truth = measure_truth(scene.object, run.result.mesh, TruthSampling{}, config.probing.random_seed);
     run.unsafe_moves = device.unsafe_moves();
     run.moves = device.moves();
     run.distance = device.distance();

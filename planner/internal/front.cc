@@ -60,8 +60,10 @@ double Front::circumradius(const std::array<std::uint32_t, 3>& facet) const {
 bool Front::infer(DirectedEdge e) {
     if (state_.crossed(e) || !(circumradius(state_.facet_samples(e)) <= options_.epsilon)) return false;
     const std::optional<DirectedEdge> inwards = inference_.infer(e, options_.epsilon);
-    if (inwards) note_crossing(*inwards);
-    return inwards.has_value();
+    if (!inwards) return false;
+    note_crossing(*inwards);
+    if (audited_ < kAuditEnough && static_cast<double>(random_() >> 11U) * 0x1p-53 < options_.audit) note_audit(*inwards);
+    return true;
 }
 
 void Front::note_insertion(const MaintainedDelaunay::Insertion& insertion) {
@@ -89,7 +91,7 @@ void Front::sweep() {
     }
 }
 
-void Front::note_doubt(DirectedEdge e) {
+void Front::note_audit(DirectedEdge e) {
     auto facet = state_.facet_samples(e);
     const Point centre = (state_.sample(facet[0]) + state_.sample(facet[1]) + state_.sample(facet[2])) / 3;
     std::sort(facet.begin(), facet.end());
@@ -228,13 +230,14 @@ std::optional<FrontTouch> Front::touch_ahead(const OpenEdge& edge, const std::op
     return ahead ? touch_dual_edge(*ahead) : std::nullopt;
 }
 
-std::optional<FrontTouch> Front::doubted(const Task& task) {
+std::optional<FrontTouch> Front::touch_audited(const Task& task) const {
     const auto e = state_.find_facet(task.samples[0], task.samples[1], task.samples[2]);
-    if (!e) return std::nullopt;
-    const auto known = state_.crossed(*e);
-    if (!known || !state_.crossing(*known).inferred) return std::nullopt;
+    const auto known = e ? state_.crossed(*e) : std::nullopt;
+    if (!known || !state_.crossing(*known).inferred) return std::nullopt;  // gone, or touched by now
     const auto view = inference_.view(*known);
-    return view ? touch_dual_edge(*view) : std::nullopt;
+    auto touch = view ? touch_dual_edge(*view) : std::nullopt;
+    if (touch) touch->audit = true;
+    return touch;
 }
 
 std::optional<FrontTouch> Front::next(const Point& tool) {
@@ -245,8 +248,10 @@ std::optional<FrontTouch> Front::next(const Point& tool) {
     };
     while (const std::optional<Task> task = tasks_.take_nearest(tool, is_done)) {
         if (task->samples[2] != Task::kNoSample) {
-            if (const auto touch = doubted(*task)) return touch;
-            continue;
+            const auto touch = touch_audited(*task);
+            if (!touch) continue;
+            ++audited_;
+            return touch;
         }
         const std::optional<OpenEdge> edge = look_at(*task);
         if (!edge || edge->attempts > kMaxAttempts) continue;

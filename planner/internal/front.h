@@ -9,6 +9,7 @@
 #include <array>
 #include <cstdint>
 #include <optional>
+#include <random>
 #include <vector>
 
 #include "planner/internal/inference.h"
@@ -23,6 +24,7 @@ struct FrontTouch {
     bool certain = false;          // ... as the interior lens of `home`'s fellow `interior_of` shows
     std::uint32_t home = 0;
     std::uint32_t interior_of = 0;
+    bool audit = false;                     // the edge holds an inferred crossing
     std::optional<FacetView> along;         // the dual edge that is probed; nothing: a new sample
     std::array<std::uint32_t, 3> beside{};  // samples around: the open edge and the third corner of its facet
 };
@@ -33,20 +35,22 @@ public:
         double epsilon = 0.0;   // mm
         double standoff = 0.0;  // mm: a probe starts so far above S if that is proven free, or as near to that as is
         double growth = kGrowth;
+        double audit = 0.0;             // share of the inferred crossings that are touched anyway, ...
+        std::uint64_t random_seed = 0;  // ... chosen by that seed
     };
+    // So many touches that agree are audit enough: not one inference in a hundred is wrong, with 95 % confidence.
+    static constexpr std::uint64_t kAuditEnough = 300;
     // Of ε: the circumradius of new triangles. Larger makes fewer samples, and more of them in doubt.
     static constexpr double kGrowth = 0.92;
 
     Front(MaintainedDelaunay& state, Inference& inference, const Options& options)
-        : state_(state), inference_(inference), options_(options), tasks_(2 * options.epsilon) {}
+        : state_(state), inference_(inference), options_(options), tasks_(2 * options.epsilon), random_(options.random_seed) {}
 
     void note_insertion(const MaintainedDelaunay::Insertion& insertion);
     // The edge holds a crossing now.
     void note_crossing(DirectedEdge e);
     // Infers and notes everything afresh. Linear time.
     void sweep();
-    // The facet is to be touched although it is inferred.
-    void note_doubt(DirectedEdge e);
 
     // What to touch next, nearest to the tool first. Nothing when no open edge is left that a touch near it can close.
     [[nodiscard]] std::optional<FrontTouch> next(const Point& tool);
@@ -67,12 +71,16 @@ private:
     [[nodiscard]] std::optional<FacetView> facet_ahead(const OpenEdge& edge);
     [[nodiscard]] std::optional<FrontTouch> touch_dual_edge(const FacetView& facet) const;
     [[nodiscard]] std::optional<FrontTouch> touch_ahead(const OpenEdge& edge, const std::optional<FacetView>& ahead);
-    [[nodiscard]] std::optional<FrontTouch> doubted(const Task& task);
+    // An inferred facet that is touched anyway.
+    void note_audit(DirectedEdge e);
+    [[nodiscard]] std::optional<FrontTouch> touch_audited(const Task& task) const;
 
     MaintainedDelaunay& state_;
     Inference& inference_;
     const Options options_;
     TaskGrid tasks_;
+    std::mt19937_64 random_;
+    std::uint64_t audited_ = 0;
     std::vector<DirectedEdge> around_;     // scratch
     std::vector<std::uint32_t> adjacent_;  // scratch
     std::vector<std::uint32_t> near_;      // scratch

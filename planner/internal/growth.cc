@@ -15,7 +15,7 @@ constexpr double kLift = 0.05;
 // A bound that was refuted is lowered to what the evidence allows, but at least by this, so that there are few rounds.
 constexpr double kLowered = 0.8;
 // Below that many ε, lenses are too flat to reach from one sample to the next.
-constexpr double kUseful = 1.25;
+constexpr double kUseful = 2.0;
 
 bool grows(const Strategy& strategy) {
     return strategy.refine == Strategy::Refine::eager && strategy.explore == Strategy::Explore::closure &&
@@ -31,7 +31,8 @@ Growth::Growth(MaintainedDelaunay& state, Tool& tool, const Workspace& workspace
       options_(options),
       criteria_(criteria),
       inference_(state, *options.reach, kRange * options.epsilon, kMargin * workspace.radius()),
-      front_(state, inference_, {options.epsilon, options.standoff.value_or(options.epsilon), Front::kGrowth}),
+      front_(state, inference_,
+             {options.epsilon, options.standoff.value_or(options.epsilon), Front::kGrowth, options.audit, options.random_seed}),
       free_space_(state, inference_, options.epsilon),
       grows_(grows(options.strategy)) {
     inference_.watch(observer.on_inference);
@@ -59,8 +60,12 @@ void Growth::sweep() { front_.sweep(); }
 void Growth::withdraw(DirectedEdge e, const Point& free) {
     const auto corners = state_.facet_samples(e);
     inference_.check(free, false, corners);
-    state_.withdraw(e);
+    distrust(e);
+}
+
+void Growth::distrust(DirectedEdge e) {
     front_.note_crossing(e);
+    inference_.distrust(e);
 }
 
 // --- motion ----------------------------------------------------------------------------------------------------------
@@ -183,6 +188,7 @@ std::optional<Growth::Step> Growth::step() {
     at_ = end;
     home_ = asked->home;
     last_contact_ = answer.contact ? end : kNoNode;
+    if (asked->audit) ++evidence_.audited;
     if (!answer.contact) {
         if (asked->certain) {
             const std::array<std::uint32_t, 1> lens{asked->interior_of};
@@ -261,6 +267,7 @@ bool Growth::settle_refutation() {
 ReachEvidence Growth::evidence() const {
     ReachEvidence evidence = evidence_;
     evidence.used = inference_.reach();
+    evidence.inferred = inference_.inferred();
     return evidence;
 }
 

@@ -41,8 +41,8 @@ public:
     void note_crossing(DirectedEdge e) { front_.note_crossing(e); }
     // Infers and notes everything afresh. Linear time.
     void sweep();
-    // Has the facet touched, which was inferred. False if there is no way to do so: the inference is withdrawn.
-    void doubt(DirectedEdge e) { front_.note_doubt(e); }
+    // An inferred crossing where Ŝ is wrong: only a touch can say now.
+    void distrust(DirectedEdge e);
     // The tool found an inferred crossing's edge free.
     void withdraw(DirectedEdge e, const Point& free);
 

@@ -15,6 +15,11 @@ constexpr double kNear = 3.0;
 // The largest bound that evidence allows is found to one part in that.
 constexpr int kBisections = 30;
 
+std::array<std::uint32_t, 3> in_order(std::array<std::uint32_t, 3> facet) {
+    std::sort(facet.begin(), facet.end());
+    return facet;
+}
+
 }  // namespace
 
 double FacetView::ball_radius() const { return std::hypot(line.circumradius, std::max(std::abs(*exterior), std::abs(*interior))); }
@@ -198,18 +203,18 @@ std::optional<FacetView> Inference::view(DirectedEdge e) const {
     result.top = std::max(start, end);
     result.bottom = std::min(start, end);
 
+    // One sheet of S only: two are 2 r apart.
+    const double window = reach_ / 2;
     const auto look = [&](const Apex& apex, std::uint32_t of) {
-        if (const auto inside = lens(apex, Side::exterior).clip(result.line.origin, result.up)) {
-            if (!result.exterior || inside->low < *result.exterior) {
-                result.exterior = inside->low;
-                result.exterior_of = of;
-            }
+        const auto outside = lens(apex, Side::exterior).clip(result.line.origin, result.up);
+        if (outside && outside->low < window && outside->high > -window && (!result.exterior || outside->low < *result.exterior)) {
+            result.exterior = outside->low;
+            result.exterior_of = of;
         }
-        if (const auto inside = lens(apex, Side::interior).clip(result.line.origin, result.up)) {
-            if (!result.interior || inside->high > *result.interior) {
-                result.interior = inside->high;
-                result.interior_of = of;
-            }
+        const auto inside = lens(apex, Side::interior).clip(result.line.origin, result.up);
+        if (inside && inside->low < window && inside->high > -window && (!result.interior || inside->high > *result.interior)) {
+            result.interior = inside->high;
+            result.interior_of = of;
         }
     };
     const auto look_from = [&](std::uint32_t sample) {
@@ -227,12 +232,18 @@ std::optional<FacetView> Inference::view(DirectedEdge e) const {
     return result;
 }
 
+void Inference::distrust(DirectedEdge e) {
+    distrusted_.insert(in_order(state_.facet_samples(e)));
+    state_.withdraw(e);
+}
+
 std::optional<DirectedEdge> Inference::infer(DirectedEdge e, double max_ball_radius) {
     if (state_.crossed(e)) return std::nullopt;
     const std::optional<FacetView> seen = view(e);
     if (seen && seen->is_contradictory()) refute(*seen);
     if (!seen || !seen->is_crossed() || seen->ball_radius() > max_ball_radius) return std::nullopt;
     if (state_.recorded_state(seen->inwards) != EdgeState::unknown) return std::nullopt;
+    if (!distrusted_.empty() && distrusted_.contains(in_order(seen->corners))) return std::nullopt;
     state_.learn_inferred(seen->inwards, seen->at(*seen->exterior), seen->at(*seen->interior));
     ++inferred_;
     if (watcher_) watcher_(seen->at(*seen->exterior), seen->at(*seen->interior));

@@ -7,6 +7,7 @@
 #include <cstdint>
 #include <functional>
 #include <optional>
+#include <set>
 #include <span>
 #include <string>
 #include <unordered_map>
@@ -83,6 +84,8 @@ public:
     [[nodiscard]] std::optional<FacetView> view(DirectedEdge e) const;
     // If S must cross the edge within a ball of that radius, learns so and returns the edge from its exterior end.
     std::optional<DirectedEdge> infer(DirectedEdge e, double max_ball_radius);
+    // Takes an inferred crossing back and never infers that facet again: only a touch can say.
+    void distrust(DirectedEdge e);
     [[nodiscard]] std::uint64_t inferred() const { return inferred_; }
     // Is told of everything that infer() learns: both ends of the gap.
     void watch(std::function<void(const Point& near, const Point& far)> watcher) { watcher_ = std::move(watcher); }
@@ -119,6 +122,7 @@ private:
     std::vector<Witness> witnesses_;
     std::unordered_map<std::uint32_t, std::vector<std::uint32_t>> witnesses_of_;  // by sample
     std::optional<Refutation> refutation_;
+    std::set<std::array<std::uint32_t, 3>> distrusted_;  // facets, each with its samples in order
     std::uint64_t inferred_ = 0;
     std::function<void(const Point&, const Point&)> watcher_;
     std::vector<std::uint32_t> neighbors_;  // scratch

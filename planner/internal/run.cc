@@ -196,7 +196,7 @@ bool Run::repair_defects() {
         const auto e = state_.edge_of(ball.id, ball.generation);
         if (!e) continue;
         if (state_.crossing(*e).inferred) {
-            growth_->doubt(*e);
+            growth_->distrust(*e);
         } else {
             insert(*e, Touch::Role::repair);
         }

@@ -50,7 +50,7 @@ TEST_F(Reader, FillsInDefaults) {
     EXPECT_EQ(config.probing.strategy, Strategy{});
     EXPECT_TRUE(config.probing.seed_rays.empty());
     EXPECT_EQ(config.probing.refinement_floor, 0.125);
-    EXPECT_EQ(config.random_seed, 1U);
+    EXPECT_EQ(config.probing.random_seed, 1U);
 }
 
 TEST_F(Reader, ReadsEveryKeyOfASession) {
@@ -77,7 +77,7 @@ TEST_F(Reader, ReadsEveryKeyOfASession) {
     EXPECT_EQ(config.probing.seed_rays[0].source, Point(0, 0, 9));
     EXPECT_EQ(config.probing.seed_rays[0].target, Point(0, 0, 0));
     EXPECT_EQ(config.probing.refinement_floor, 1.0);
-    EXPECT_EQ(config.random_seed, std::numeric_limits<std::uint64_t>::max());
+    EXPECT_EQ(config.probing.random_seed, std::numeric_limits<std::uint64_t>::max());
 }
 
 TEST_F(Reader, ReadsWordsForStrategies) {
@@ -150,9 +150,10 @@ TEST_F(Reader, RefusesSeedsThatAreNotWholeNumbers) {
 }
 
 TEST_F(Reader, RefusesUnknownKeysAndSuggestsNearOnes) {
-    EXPECT_EQ(complaint("probing:\n  epsilom: 0.25\n"),
-              "s.yaml:2: probing.epsilom: unknown key; did you mean \"epsilon\"?; allowed: epsilon, reach, strategy, standoff, seed_rays, "
-              "refinement_floor");
+    EXPECT_EQ(
+        complaint("probing:\n  epsilom: 0.25\n"),
+        "s.yaml:2: probing.epsilom: unknown key; did you mean \"epsilon\"?; allowed: epsilon, reach, strategy, standoff, audit, seed_rays, "
+        "refinement_floor");
     EXPECT_EQ(complaint(kProbing + "colour: red\n"), "s.yaml:2: colour: unknown key; allowed: object, workspace, probing, random_seed");
     EXPECT_EQ(complaint(kProbing + "workspace: {ball: {centre: [0, 0, 0], radius: 1}}"),
               "s.yaml:2: workspace.ball.centre: unknown key; did you mean \"center\"?; allowed: center, radius");
@@ -280,7 +281,7 @@ TEST_F(Reader, OverridesReplaceAndCreateKeys) {
                                                  "workspace.ball.radius=3", "object.mesh=a=b.off", "probing.reach=null"});
     EXPECT_EQ(config.probing.epsilon, 0.5);
     EXPECT_EQ(config.probing.strategy.refine, Strategy::Refine::exhaustive);
-    EXPECT_EQ(config.random_seed, 7U);
+    EXPECT_EQ(config.probing.random_seed, 7U);
     EXPECT_EQ(std::get<Ball>(config.workspace).radius, 3.0);
     EXPECT_EQ(std::get<MeshSpec>(config.object.value()).file, folder_.path() / "a=b.off");
 }

@@ -58,7 +58,7 @@ TEST(Writer, SpellsOutEveryDefaultInAFixedOrder) {
     EXPECT_EQ(write_config(config),
               "object:\n  mesh: \"" + (folder.path() / "part.off").string() +
                   "\"\n  scale: 1\nworkspace: auto\nprobing:\n  epsilon: 0.25\n  reach: null\n"
-                  "  strategy: {refine: eager, explore: closure, infer: reach, travel: free_space}\n  standoff: null\n"
+                  "  strategy: {refine: eager, explore: closure, infer: reach, travel: free_space}\n  standoff: null\n  audit: 0.02\n"
                   "  seed_rays: []\n  refinement_floor: 0.125\nrandom_seed: 1\n");
 }
 

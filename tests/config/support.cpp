@@ -130,7 +130,8 @@ public:
         std::visit([this](const auto& kind) { add(kind); }, value);
     }
     void add(const Options& o) {
-        add_all(o.epsilon, std::uint64_t{o.reach.has_value()}, o.reach.value_or(0.0), o.refinement_floor);
+        add_all(o.epsilon, std::uint64_t{o.reach.has_value()}, o.reach.value_or(0.0), o.refinement_floor, o.audit, o.random_seed,
+                std::uint64_t{o.standoff.has_value()}, o.standoff.value_or(0.0));
         for (const int word : {static_cast<int>(o.strategy.refine), static_cast<int>(o.strategy.explore),
                                static_cast<int>(o.strategy.infer), static_cast<int>(o.strategy.travel)}) {
             add(static_cast<std::uint64_t>(word));
@@ -156,7 +157,7 @@ std::vector<std::string> flatten(const SessionConfig& config) {
     if (config.object) {
         flat.add(*config.object);
     }
-    flat.add_all(config.workspace, config.probing, config.random_seed);
+    flat.add_all(config.workspace, config.probing, config.probing.random_seed);
     return flat.words();
 }
 
@@ -232,7 +233,7 @@ SessionConfig random_config(std::mt19937_64& random) {
         probing.seed_rays.back().target.x() = probing.seed_rays.back().source.x() + 1e100;
     }
     probing.refinement_floor = std::uniform_real_distribution<double>(1e-9, 1.0)(random);
-    config.random_seed = random();
+    config.probing.random_seed = random();
     return config;
 }
 
