@@ -46,6 +46,7 @@ std::optional<Task> TaskGrid::take_nearest(const Point& p, const std::function<b
         }
     };
     const Cell centre = cell_of(p);
+    bool found = false;
     for (std::int64_t ring = 0; ring <= kMaxRing && size_ > 0; ++ring) {
         for (std::int64_t x = -ring; x <= ring; ++x) {
             for (std::int64_t y = -ring; y <= ring; ++y) {
@@ -57,9 +58,11 @@ std::optional<Task> TaskGrid::take_nearest(const Point& p, const std::function<b
             }
         }
         // Whatever lies beyond this ring is farther away than that.
-        if (best && std::get<double>(*best) <= std::pow(static_cast<double>(ring) * cell_size_, 2)) break;
+        found = best && std::get<double>(*best) <= std::pow(static_cast<double>(ring) * cell_size_, 2);
+        if (found) break;
     }
-    if (!best) {
+    if (!found) {
+        best.reset();
         for (auto cell = cells_.begin(); cell != cells_.end();) {
             size_ -= std::erase_if(cell->second, is_done);
             if (cell->second.empty()) {

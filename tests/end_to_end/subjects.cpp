@@ -53,11 +53,16 @@ const Subject& subject(const std::string& name) {
     return *std::find_if(subjects().begin(), subjects().end(), [&](const Subject& s) { return s.name == name; });
 }
 
-FinishedRun::FinishedRun(const Subject& subject, double epsilon, const Strategy& strategy, const Observer& observer)
+FinishedRun::FinishedRun(const Subject& subject, double epsilon, const Strategy& strategy, const Observer& observer,
+                         std::optional<double> reach)
     : object_(std::make_unique<HiddenObject>(subject.object)), workspace_(subject.workspace), observer_(observer) {
     options_.epsilon = epsilon;
     options_.reach = object_->reach() && *object_->reach() > 0 ? object_->reach() : std::nullopt;
+    if (reach) options_.reach = reach;
     options_.strategy = strategy;
+    observer_.on_inference = [this](const Point& near, const Point& far) {
+        if (object_->contains(near) || !object_->contains(far)) ++wrong_inferences_;
+    };
     options_.seed_rays = subject.seed_rays;
     device_ = std::make_unique<SimulatedDevice>(*object_, workspace_.center() + 1.5 * workspace_.radius() * Vector::UnitZ());
     oracle_ = std::make_unique<DeviceOracle>(*device_);
@@ -82,6 +87,9 @@ void expect_right_result(const FinishedRun& run) {
     EXPECT_LE(r.max_ball_radius, run.options().epsilon);
     EXPECT_EQ(run.device().unsafe_moves(), 0U);
     EXPECT_NEAR(run.device().distance(), r.account.displacement(), 1e-9 * r.account.displacement());
+    if (r.certificate.status != Certificate::Status::refuted) {
+        EXPECT_EQ(run.wrong_inferences(), 0U);
+    }
     EXPECT_NE(r.certificate.status, Certificate::Status::incomplete);
     EXPECT_TRUE(r.bad_places.empty());
 }

@@ -4,6 +4,7 @@
 #include <gtest/gtest.h>
 
 #include <memory>
+#include <optional>
 #include <string>
 #include <vector>
 
@@ -30,7 +31,9 @@ const Subject& subject(const std::string& name);
 // A finished run with everything that it ran on.
 class FinishedRun {
 public:
-    FinishedRun(const Subject& subject, double epsilon, const Strategy& strategy, const Observer& observer = {});
+    // `reach` (mm): the bound that the planner is told, in place of the true one.
+    FinishedRun(const Subject& subject, double epsilon, const Strategy& strategy, const Observer& observer = {},
+                std::optional<double> reach = std::nullopt);
     ~FinishedRun();
 
     const HiddenObject& object() const { return *object_; }
@@ -38,6 +41,8 @@ public:
     const MaintainedDelaunay& state() const;
     const Options& options() const { return options_; }
     const Result& result() const { return result_; }
+    // Crossings that were inferred where S has none.
+    std::size_t wrong_inferences() const { return wrong_inferences_; }
 
 private:
     // The run keeps references: all stay where they are.
@@ -49,6 +54,7 @@ private:
     std::unique_ptr<SurfaceOracle> oracle_;
     std::unique_ptr<Run> run_;
     Result result_;
+    std::size_t wrong_inferences_ = 0;
 };
 
 // Topology equal to the truth, an oriented closed manifold, balls within epsilon, 0 unsafe moves, and the planner's account

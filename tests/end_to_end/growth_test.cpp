@@ -1,0 +1,69 @@
+// Inference from a reach bound and growth as a front: what it saves, and that a false bound is found out (DESIGN section 6).
+#include "tests/end_to_end/subjects.h"
+
+namespace palpate {
+namespace {
+
+struct Cost {
+    std::string subject;
+    double epsilon;
+    double probes_per_sample;
+    double displacement;       // in epsilon per sample
+    double samples_per_bound;  // 1.9 where the aim is not on samples
+};
+
+class Growth : public ::testing::TestWithParam<Cost> {};
+
+TEST_P(Growth, CostsLittleMoreThanOneTouchPerSample) {
+    const Cost& c = GetParam();
+    const FinishedRun run(subject(c.subject), c.epsilon, Strategy{});
+    const Result& r = run.result();
+    const auto samples = static_cast<double>(r.samples);
+    EXPECT_LE(static_cast<double>(r.account.probes()) / samples, c.probes_per_sample);
+    EXPECT_LE(r.account.displacement() / r.lower_bound_displacement, c.displacement);
+    EXPECT_LE(samples / r.lower_bound_samples, c.samples_per_bound);
+    EXPECT_EQ(r.certificate.status, Certificate::Status::certified);
+    expect_right_result(run);
+    expect_sparse(run);
+}
+
+INSTANTIATE_TEST_SUITE_P(Objects, Growth,
+                         ::testing::Values(Cost{"torus", 0.064, 1.3, 7, 1.55}, Cost{"torus", 0.05, 1.1, 7, 1.55},
+                                           Cost{"torus", 0.025, 1.05, 6, 1.55}, Cost{"sphere", 0.05, 1.1, 5, 1.55},
+                                           Cost{"ellipsoid", 0.036, 1.3, 8, 1.55}, Cost{"genus2", 0.02, 1.3, 8, 1.55},
+                                           Cost{"rounded_box", 0.03, 1.3, 8, 1.55}),
+                         [](const auto& test) {
+                             return test.param.subject + "_" + std::to_string(static_cast<int>(test.param.epsilon * 1000 + 0.5));
+                         });
+
+TEST(FalseBound, IsRefutedAndTheMeshIsRightAllTheSame) {
+    for (const auto& [name, epsilon, told, truth] :
+         {std::tuple{"torus", 0.05, 0.8, 0.4}, {"genus2", 0.02, 0.4, 0.2}, {"rounded_box", 0.05, 0.6, 0.3}, {"bunny", 0.25, 2.0, 0.0}}) {
+        SCOPED_TRACE(name);
+        const FinishedRun run(subject(name), epsilon, Strategy{}, {}, told);
+        expect_right_result(run);
+        EXPECT_EQ(run.result().certificate.status, Certificate::Status::refuted);
+        const Premise& reach = run.result().certificate.premises.at(3);
+        EXPECT_EQ(reach.state, Premise::State::refuted);
+        // The evidence never rules out the truth, and says what it is.
+        const std::string key = "the largest bound that the touches allow is ";
+        const std::size_t at = reach.detail.find(key);
+        ASSERT_NE(at, std::string::npos) << reach.detail;
+        const double largest = std::stod(reach.detail.substr(at + key.size()));
+        EXPECT_GE(largest, truth * (1 - 1e-6)) << reach.detail;
+        EXPECT_LT(largest, told);
+    }
+}
+
+TEST(TrueBound, IsNeverRefuted) {
+    for (const auto& [name, epsilon] : {std::pair{"torus", 0.1}, {"sphere", 0.3}, {"genus2", 0.06}, {"two_components", 0.08}}) {
+        SCOPED_TRACE(name);
+        const FinishedRun run(subject(name), epsilon, Strategy{});
+        expect_right_result(run);
+        EXPECT_NE(run.result().certificate.status, Certificate::Status::refuted) << run.result().certificate.premises.at(3).detail;
+        EXPECT_EQ(run.wrong_inferences(), 0U);
+    }
+}
+
+}  // namespace
+}  // namespace palpate
