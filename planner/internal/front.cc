@@ -38,9 +38,20 @@ struct Front::OpenEdge {
 
 // --- noting ----------------------------------------------------------------------------------------------------------
 
-void Front::note_edge(std::uint32_t a, std::uint32_t b, const EdgeTicket& hint, std::uint32_t attempts) {
+int Front::facets_at(std::uint32_t a, std::uint32_t b, const EdgeTicket& hint) {
+    state_.facets_around(a, b, hint, around_);
+    return static_cast<int>(std::count_if(around_.begin(), around_.end(), [&](DirectedEdge e) { return state_.crossed(e).has_value(); }));
+}
+
+// Only open edges wait: the nearest is found without looking at others.
+void Front::note_edge(std::uint32_t a, std::uint32_t b, const EdgeTicket& hint) {
     if (a > b) std::swap(a, b);
-    tasks_.add({{a, b, Task::kNoSample}, attempts, (state_.sample(a) + state_.sample(b)) / 2, hint});
+    const Task task{{a, b, Task::kNoSample}, 0, (state_.sample(a) + state_.sample(b)) / 2, hint};
+    if (facets_at(a, b, hint) == 1) {
+        tasks_.add(task);
+    } else {
+        tasks_.remove(task);
+    }
 }
 
 void Front::note_edges_of(const std::array<std::uint32_t, 3>& facet, const EdgeTicket& hint) {
@@ -241,12 +252,7 @@ std::optional<FrontTouch> Front::touch_audited(const Task& task) const {
 }
 
 std::optional<FrontTouch> Front::next(const Point& tool) {
-    const auto is_done = [&](const Task& task) {
-        if (task.samples[2] != Task::kNoSample) return false;
-        state_.facets_around(task.samples[0], task.samples[1], task.hint, around_);
-        return std::count_if(around_.begin(), around_.end(), [&](DirectedEdge e) { return state_.crossed(e).has_value(); }) != 1;
-    };
-    while (const std::optional<Task> task = tasks_.take_nearest(tool, is_done)) {
+    while (const std::optional<Task> task = tasks_.take_nearest(tool)) {
         if (task->samples[2] != Task::kNoSample) {
             const auto touch = touch_audited(*task);
             if (!touch) continue;
@@ -264,7 +270,8 @@ std::optional<FrontTouch> Front::next(const Point& tool) {
         }
         if (!touch) touch = touch_ahead(*edge, ahead);
         if (!touch) continue;
-        note_edge(edge->a, edge->b, state_.ticket(edge->facet), edge->attempts + 1);  // until it is closed
+        // Until it is closed.
+        tasks_.add({task->samples, edge->attempts + 1, task->at, state_.ticket(edge->facet)});
         return touch;
     }
     return std::nullopt;

@@ -60,7 +60,9 @@ private:
     struct OpenEdge;
 
     bool infer(DirectedEdge e);
-    void note_edge(std::uint32_t a, std::uint32_t b, const EdgeTicket& hint, std::uint32_t attempts = 0);
+    // Facets of Ŝ at a Delaunay edge.
+    int facets_at(std::uint32_t a, std::uint32_t b, const EdgeTicket& hint);
+    void note_edge(std::uint32_t a, std::uint32_t b, const EdgeTicket& hint);
     void note_edges_of(const std::array<std::uint32_t, 3>& facet, const EdgeTicket& hint);
     [[nodiscard]] double circumradius(const std::array<std::uint32_t, 3>& facet) const;
     // The open edge as it is now; nothing if it is closed.

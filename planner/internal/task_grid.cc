@@ -30,7 +30,14 @@ void TaskGrid::add(const Task& task) {
     ++size_;
 }
 
-std::optional<Task> TaskGrid::take_nearest(const Point& p, const std::function<bool(const Task&)>& is_done) {
+void TaskGrid::remove(const Task& task) {
+    const auto cell = cells_.find(cell_of(task.at));
+    if (cell == cells_.end()) return;
+    size_ -= std::erase_if(cell->second, [&](const Task& t) { return t.samples == task.samples; });
+    if (cell->second.empty()) cells_.erase(cell);
+}
+
+std::optional<Task> TaskGrid::take_nearest(const Point& p) {
     using Rank = std::tuple<double, std::array<std::uint32_t, 3>>;
     std::optional<Rank> best;
     std::unordered_map<Cell, std::vector<Task>, Hash>::iterator where;
@@ -62,16 +69,7 @@ std::optional<Task> TaskGrid::take_nearest(const Point& p, const std::function<b
         if (found) break;
     }
     if (!found) {
-        best.reset();
-        for (auto cell = cells_.begin(); cell != cells_.end();) {
-            size_ -= std::erase_if(cell->second, is_done);
-            if (cell->second.empty()) {
-                cell = cells_.erase(cell);
-                continue;
-            }
-            look(cell);
-            ++cell;
-        }
+        for (auto cell = cells_.begin(); cell != cells_.end(); ++cell) look(cell);
     }
     if (!best) return std::nullopt;
     std::vector<Task>& tasks = where->second;

@@ -3,7 +3,6 @@
 
 #include <array>
 #include <cstdint>
-#include <functional>
 #include <optional>
 #include <unordered_map>
 #include <vector>
@@ -22,9 +21,8 @@ struct Task {
     EdgeTicket hint;  // of a facet at the edge, when the task was noted
 };
 
-// A hash grid: adding is constant time, and so is taking the nearest where tasks lie as densely as the cells. Where the nearest is many
-// cells away, all tasks are looked through, after those that are done have been dropped: each of them once. Same calls, same answers: the
-// order within the hash map never matters.
+// A hash grid: adding and removing are constant time, and so is taking the nearest where tasks lie as densely as the cells. Where
+// the nearest is many cells away, all tasks are looked through. Same calls, same answers: the order within the hash map never matters.
 class TaskGrid {
 public:
     // `cell_size` (mm): about the distance between tasks.
@@ -32,8 +30,10 @@ public:
 
     // Does nothing if a task with the same samples, in the same order, waits at the same place.
     void add(const Task& task);
-    // Removes and returns the task nearest to p; among equals the one with the smaller samples. It may be one that is_done.
-    std::optional<Task> take_nearest(const Point& p, const std::function<bool(const Task&)>& is_done);
+    // The task with those samples that waits at that place, if there is one.
+    void remove(const Task& task);
+    // Removes and returns the task nearest to p; among equals the one with the smaller samples.
+    std::optional<Task> take_nearest(const Point& p);
     [[nodiscard]] std::size_t size() const { return size_; }
 
 private:

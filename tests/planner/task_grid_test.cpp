@@ -20,10 +20,9 @@ TEST(TaskGrid, TakesTheNearestAsBruteForceDoes) {
             all.push_back(task);
         }
         Point tool = random.in_box(Point::Constant(-9), Point::Constant(9));
-        const auto is_done = [](const Task& task) { return task.samples[0] % 7 == 3; };
         while (!all.empty()) {
             ASSERT_EQ(grid.size(), all.size());
-            const auto taken = grid.take_nearest(tool, [](const Task&) { return false; });
+            const auto taken = grid.take_nearest(tool);
             const auto nearest = std::min_element(all.begin(), all.end(), [&](const Task& x, const Task& y) {
                 return (x.at - tool).squaredNorm() < (y.at - tool).squaredNorm();
             });
@@ -33,17 +32,18 @@ TEST(TaskGrid, TakesTheNearestAsBruteForceDoes) {
             if (random.chance(0.5)) tool = taken->at;
             if (random.chance(0.05)) tool = random.in_box(Point::Constant(-30), Point::Constant(30));
         }
-        EXPECT_FALSE(grid.take_nearest(tool, is_done));
+        EXPECT_FALSE(grid.take_nearest(tool));
     }
 }
 
-TEST(TaskGrid, DropsWhatIsDoneWhenItLooksFar) {
+TEST(TaskGrid, RemovesWhatItHas) {
     TaskGrid grid(1);
     for (std::uint32_t k = 0; k < 100; ++k) grid.add({{k, k, k}, 0, Point(100 + k, 0, 0), {}});
-    const auto taken = grid.take_nearest(Point::Zero(), [](const Task& task) { return task.samples[0] < 40; });
-    ASSERT_TRUE(taken);
-    EXPECT_EQ(taken->samples[0], 40U);
-    EXPECT_EQ(grid.size(), 59U);
+    for (std::uint32_t k = 0; k < 40; ++k) grid.remove({{k, k, k}, 7, Point(100 + k, 0, 0), {}});
+    grid.remove({{50, 50, 51}, 0, Point(150, 0, 0), {}});
+    grid.remove({{500, 500, 500}, 0, Point(500, 0, 0), {}});
+    EXPECT_EQ(grid.size(), 60U);
+    EXPECT_EQ(grid.take_nearest(Point::Zero())->samples[0], 40U);
 }
 
 }  // namespace
