@@ -60,7 +60,7 @@ void Front::note_edges_of(const std::array<std::uint32_t, 3>& facet, const EdgeT
     note_edge(facet[2], facet[0], hint);
 }
 
-void Front::note_crossing(DirectedEdge e) { note_edges_of(state_.facet_samples(e), state_.ticket(e)); }
+void Front::note_edges(DirectedEdge e) { note_edges_of(state_.facet_samples(e), state_.ticket(e)); }
 
 double Front::circumradius(const std::array<std::uint32_t, 3>& facet) const {
     const Vector u = state_.sample(facet[1]) - state_.sample(facet[0]);
@@ -72,7 +72,7 @@ bool Front::infer(DirectedEdge e) {
     if (state_.crossed(e) || !(circumradius(state_.facet_samples(e)) <= options_.epsilon)) return false;
     const std::optional<DirectedEdge> inwards = inference_.infer(e, options_.epsilon);
     if (!inwards) return false;
-    note_crossing(*inwards);
+    note_edges(*inwards);
     if (audited_ < kAuditEnough && static_cast<double>(random_() >> 11U) * 0x1p-53 < options_.audit) note_audit(*inwards);
     return true;
 }
@@ -94,7 +94,7 @@ void Front::sweep() {
         for (int i = 0; i < 4; ++i) {
             const DirectedEdge e{cell, i};
             if (state_.recorded_state(e) == EdgeState::crossing) {
-                note_crossing(e);
+                note_edges(e);
             } else if (cell < state_.neighbor(e) && state_.is_finite(e)) {
                 infer(e);
             }

@@ -47,8 +47,8 @@ public:
         : state_(state), inference_(inference), options_(options), tasks_(2 * options.epsilon), random_(options.random_seed) {}
 
     void note_insertion(const MaintainedDelaunay::Insertion& insertion);
-    // The edge holds a crossing now.
-    void note_crossing(DirectedEdge e);
+    // The facet came into Ŝ or left it.
+    void note_edges(DirectedEdge e);
     // Infers and notes everything afresh. Linear time.
     void sweep();
 

@@ -45,7 +45,7 @@ Growth::Growth(MaintainedDelaunay& state, Tool& tool, const Workspace& workspace
 
 bool Growth::infer(DirectedEdge e) {
     const auto inwards = inference_.infer(e, options_.epsilon);
-    if (inwards) front_.note_crossing(*inwards);
+    if (inwards) front_.note_edges(*inwards);
     return inwards.has_value();
 }
 
@@ -55,8 +55,6 @@ void Growth::note_insertion(const MaintainedDelaunay::Insertion& insertion, cons
     if (at_ != kNoNode && at_ == tool_.at()) home_ = insertion.sample;
 }
 
-void Growth::sweep() { front_.sweep(); }
-
 void Growth::withdraw(DirectedEdge e, const Point& free) {
     const auto corners = state_.facet_samples(e);
     inference_.check(free, false, corners);
@@ -64,8 +62,8 @@ void Growth::withdraw(DirectedEdge e, const Point& free) {
 }
 
 void Growth::distrust(DirectedEdge e) {
-    front_.note_crossing(e);
     inference_.distrust(e);
+    front_.note_edges(e);
 }
 
 // --- motion ----------------------------------------------------------------------------------------------------------
@@ -203,10 +201,7 @@ std::optional<Growth::Step> Growth::step() {
     }
     const std::array<std::uint32_t, 5> lenses{asked->home, asked->interior_of, asked->beside[0], asked->beside[1], asked->beside[2]};
     inference_.check(answer.position, true, lenses);
-    if (inference_.refutation()) {
-        last_start_ = {start, asked->home};
-        return Step{};
-    }
+    if (inference_.refutation()) return Step{};
     const CellId near = state_.cell_at(asked->beside[0]);
     const double distance = (state_.sample(state_.nearest_sample(answer.position, near)) - answer.position).norm();
     if (criteria_.is_bad(distance)) {
@@ -233,7 +228,7 @@ void Growth::learn(const FrontTouch& asked, NodeId start, NodeId contact, std::u
                 const bool beyond = asked.along->up.dot(roadmap.at(start) - asked.along->line.origin) > asked.along->top;
                 const NodeId from = beyond ? roadmap.split(start, contact, asked.along->at(asked.along->top)) : start;
                 state_.learn_contact(e, from, contact, touch, false);
-                front_.note_crossing(e);
+                front_.note_edges(e);
             }
         }
     }

@@ -38,9 +38,9 @@ public:
     // Infers what it can of an edge that is about to be probed. True if a crossing is known now.
     bool infer(DirectedEdge e);
     void note_insertion(const MaintainedDelaunay::Insertion& insertion, const Touch& touch);
-    void note_crossing(DirectedEdge e) { front_.note_crossing(e); }
+    void note_crossing(DirectedEdge e) { front_.note_edges(e); }
     // Infers and notes everything afresh. Linear time.
-    void sweep();
+    void sweep() { front_.sweep(); }
     // An inferred crossing where Ŝ is wrong: only a touch can say now.
     void distrust(DirectedEdge e);
     // The tool found an inferred crossing's edge free.
