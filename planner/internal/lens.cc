@@ -9,13 +9,13 @@ namespace palpate {
 bool Lens::contains(const Point& x) const {
     const Vector v = x - apex;
     const double height = v.squaredNorm() / (2 * reach) + margin;
-    const double sign = static_cast<double>(side);
+    const auto sign = static_cast<double>(side);
     return std::all_of(cone.extremes().begin(), cone.extremes().end(), [&](const Vector& n) { return sign * v.dot(n) > height; });
 }
 
 std::optional<Interval> Lens::clip(const Point& origin, const Vector& direction) const {
     const Vector v = origin - apex;
-    const double sign = static_cast<double>(side);
+    const auto sign = static_cast<double>(side);
     Interval inside{-std::numeric_limits<double>::infinity(), std::numeric_limits<double>::infinity()};
     const double v_along = v.dot(direction);
     const double v_squared = v.squaredNorm() + 2 * reach * margin;
