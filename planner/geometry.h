@@ -16,6 +16,17 @@ struct Segment {
     Point target = Point::Zero();
 };
 
+// mm: from `from` straight to every point of the path in turn.
+[[nodiscard]] inline double path_length(const Point& from, const std::vector<Point>& path) {
+    double length = 0;
+    Point last = from;
+    for (const Point& p : path) {
+        length += (p - last).norm();
+        last = p;
+    }
+    return length;
+}
+
 // An indexed triangle mesh; triangles are counter-clockwise seen from outside the solid.
 struct TriangleMesh {
     std::vector<Point> points;

@@ -98,16 +98,6 @@ std::array<Point, 2> over_side(const Box& box, const Face& a, const Face& b, con
     return corners;
 }
 
-double path_length(const Point& from, const std::vector<Point>& path) {
-    double length = 0;
-    Point last = from;
-    for (const Point& p : path) {
-        length += (p - last).norm();
-        last = p;
-    }
-    return length;
-}
-
 // Shortest over all pairs of faces that the two points lie on (an edge or corner of the box belongs to several).
 std::vector<Point> box_path(const Box& box, const Point& from, const Point& to) {
     std::vector<Point> best;

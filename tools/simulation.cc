@@ -1,49 +1,14 @@
 #include "tools/simulation.h"
 
-#include <chrono>
 #include <sstream>
 
 #include "devices/device_oracle.h"
 #include "sim/simulated_device.h"
 #include "sim/workspace_fit.h"
+#include "tools/timed_oracle.h"
 
 namespace palpate {
 namespace {
-
-using Seconds = std::chrono::duration<double>;
-
-class Stopwatch {
-public:
-    explicit Stopwatch(Seconds& total) : total_(total) {}
-    ~Stopwatch() { total_ += std::chrono::steady_clock::now() - start_; }
-    Stopwatch(const Stopwatch&) = delete;
-    Stopwatch& operator=(const Stopwatch&) = delete;
-
-private:
-    Seconds& total_;
-    std::chrono::steady_clock::time_point start_ = std::chrono::steady_clock::now();
-};
-
-// Measures how long an oracle thinks, so that the planner's own time can be told.
-class TimedOracle final : public SurfaceOracle {
-public:
-    explicit TimedOracle(SurfaceOracle& oracle) : oracle_(oracle) {}
-
-    [[nodiscard]] Point position() const override { return oracle_.position(); }
-    void travel(std::span<const Point> path) override {
-        const Stopwatch watch(spent_);
-        oracle_.travel(path);
-    }
-    [[nodiscard]] ProbeAnswer probe(const Point& target) override {
-        const Stopwatch watch(spent_);
-        return oracle_.probe(target);
-    }
-    [[nodiscard]] Seconds spent() const { return spent_; }
-
-private:
-    SurfaceOracle& oracle_;
-    Seconds spent_{0};
-};
 
 Workspace build_workspace(const WorkspaceSpec& spec, const HiddenObject& object) {
     if (const auto* ball = std::get_if<Ball>(&spec)) return Workspace(*ball);

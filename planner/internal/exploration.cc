@@ -40,19 +40,12 @@ std::optional<DirectedEdge> Exploration::walk(DirectedEdge e, int across) {
 }
 
 bool Exploration::is_closed(DirectedEdge e, int across) const {
-    CellId cell = e.cell;
-    int in = e.facet;
-    int out = across;
-    int facets = 0;
-    do {
-        const DirectedEdge ahead{cell, out};
-        if (state_.crossed(ahead)) ++facets;
-        const DirectedEdge back = state_.opposite(ahead);
-        out = state_.next_facet_around(cell, in, out);
-        in = back.facet;
-        cell = back.cell;
-    } while (cell != e.cell);
-    return facets > 1;
+    std::array<std::uint32_t, 2> ends{};  // of the Delaunay edge: samples, as it belongs to a facet of Ŝ
+    std::size_t found = 0;
+    for (int k = 0; k < 4; ++k) {
+        if (k != e.facet && k != across) ends.at(found++) = *state_.sample_of(e.cell, k);
+    }
+    return state_.surface_facets_at(ends[0], ends[1], state_.ticket(e)) > 1;
 }
 
 void Exploration::note_crossing(DirectedEdge e) {

@@ -6,16 +6,6 @@
 
 namespace palpate {
 
-double FreeSpace::Way::length(const Point& start) const {
-    double length = 0;
-    const Point* before = &start;
-    for (const Point& p : points) {
-        length += (p - *before).norm();
-        before = &p;
-    }
-    return length;
-}
-
 bool FreeSpace::is_free(const Point& from, const Point& to, std::span<const std::uint32_t> lenses) const {
     const double length = (to - from).norm();
     if (length == 0) return true;

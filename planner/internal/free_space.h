@@ -1,8 +1,9 @@
 // Ways through exterior lenses, near S (DESIGN section 6).
 //
 // What is proven free is the roadmap's segments, all outside ω, and the exterior lenses. A lens is convex, so every segment
-// between two of its points is free. A segment that several lenses cover together is free as well. Far ways go over hover points a + h n,
-// where h is the stand-off and n the middle of the normals that sample a may have: neighbours' hover points see each other.
+// between two of its points is free. A segment that several lenses cover together is free as well. Far ways go over hover
+// points a + h n, where h is the height of the ways and n the middle of the normals that sample a may have: neighbours' hover
+// points see each other.
 #pragma once
 
 #include <cstdint>
@@ -26,9 +27,6 @@ public:
     struct Way {
         std::vector<Point> points;          // to pass in turn, without the start
         std::vector<std::uint32_t> lenses;  // that it leads through, and others
-        NodeId goal = kNoNode;              // for the caller
-
-        [[nodiscard]] double length(const Point& start) const;
     };
 
     // `hover` (mm): height of the ways above S.

@@ -38,16 +38,11 @@ struct Front::OpenEdge {
 
 // --- noting ----------------------------------------------------------------------------------------------------------
 
-int Front::facets_at(std::uint32_t a, std::uint32_t b, const EdgeTicket& hint) {
-    state_.facets_around(a, b, hint, around_);
-    return static_cast<int>(std::count_if(around_.begin(), around_.end(), [&](DirectedEdge e) { return state_.crossed(e).has_value(); }));
-}
-
 // Only open edges wait: the nearest is found without looking at others.
 void Front::note_edge(std::uint32_t a, std::uint32_t b, const EdgeTicket& hint) {
     if (a > b) std::swap(a, b);
     const Task task{{a, b, Task::kNoSample}, 0, (state_.sample(a) + state_.sample(b)) / 2, hint};
-    if (facets_at(a, b, hint) == 1) {
+    if (state_.surface_facets_at(a, b, hint) == 1) {
         tasks_.add(task);
     } else {
         tasks_.remove(task);
@@ -243,9 +238,9 @@ std::optional<FrontTouch> Front::touch_ahead(const OpenEdge& edge, const std::op
 
 std::optional<FrontTouch> Front::touch_audited(const Task& task) const {
     const auto e = state_.find_facet(task.samples[0], task.samples[1], task.samples[2]);
-    const auto known = e ? state_.crossed(*e) : std::nullopt;
-    if (!known || !state_.crossing(*known).inferred) return std::nullopt;  // gone, or touched by now
-    const auto view = inference_.view(*known);
+    const auto inferred = e ? state_.inferred(*e) : std::nullopt;
+    if (!inferred) return std::nullopt;  // gone, or touched by now
+    const auto view = inference_.view(*inferred);
     auto touch = view ? touch_dual_edge(*view) : std::nullopt;
     if (touch) touch->audit = true;
     return touch;

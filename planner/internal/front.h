@@ -60,8 +60,6 @@ private:
     struct OpenEdge;
 
     bool infer(DirectedEdge e);
-    // Facets of Ŝ at a Delaunay edge.
-    int facets_at(std::uint32_t a, std::uint32_t b, const EdgeTicket& hint);
     void note_edge(std::uint32_t a, std::uint32_t b, const EdgeTicket& hint);
     void note_edges_of(const std::array<std::uint32_t, 3>& facet, const EdgeTicket& hint);
     [[nodiscard]] double circumradius(const std::array<std::uint32_t, 3>& facet) const;

@@ -153,21 +153,22 @@ void Growth::approach(NodeId goal, const std::array<std::uint32_t, 3>& corners) 
     Roadmap& roadmap = state_.roadmap();
     double shortest = roadmap.short_path(tool_.at(), goal).length;
     std::optional<FreeSpace::Way> best;
+    NodeId best_out = kNoNode;
     for (const std::uint32_t corner : corners) {
         const Door out = door(corner);
         if (out.node == kNoNode) continue;
         const auto way = free_space_.way(*from, {roadmap.at(out.node), out.home});
         if (!way) continue;
-        const double length = way->length(from->point) + roadmap.short_path(out.node, goal).length;
+        const double length = path_length(from->point, way->points) + roadmap.short_path(out.node, goal).length;
         if (length >= shortest) continue;
         shortest = length;
         best = way;
-        best->goal = out.node;
+        best_out = out.node;
     }
     if (!best || !follow(*best)) return;
     // The same place as the door's node, by another way.
-    roadmap.connect(tool_.at(), best->goal);
-    tool_.arrive(best->goal);
+    roadmap.connect(tool_.at(), best_out);
+    tool_.arrive(best_out);
 }
 
 // --- touching --------------------------------------------------------------------------------------------------------
@@ -193,9 +194,7 @@ std::optional<Growth::Step> Growth::step() {
             inference_.check(answer.position, false, lens);
         }
         if (asked->along) {
-            if (const auto known = state_.crossed(asked->along->inwards); known && state_.crossing(*known).inferred) {
-                withdraw(*known, answer.position);
-            }
+            if (const auto inferred = state_.inferred(asked->along->inwards)) withdraw(*inferred, answer.position);
         }
         return Step{};
     }
@@ -222,7 +221,7 @@ void Growth::learn(const FrontTouch& asked, NodeId start, NodeId contact, std::u
         const DirectedEdge e = asked.along->inwards;
         const double height = asked.along->up.dot(position - asked.along->line.origin);
         if (height >= asked.along->bottom && height <= asked.along->top) {
-            if (const auto known = state_.crossed(e); known && state_.crossing(*known).inferred) state_.withdraw(*known);
+            if (const auto inferred = state_.inferred(e)) state_.withdraw(*inferred);
             if (state_.recorded_state(e) == EdgeState::unknown) {
                 // A probe from beyond the edge's exterior end passed it.
                 const bool beyond = asked.along->up.dot(roadmap.at(start) - asked.along->line.origin) > asked.along->top;

@@ -52,7 +52,6 @@ public:
     // If the bound was contradicted: lowers it and withdraws what rested on it. True if it was.
     bool settle_refutation();
     [[nodiscard]] ReachEvidence evidence() const;
-    [[nodiscard]] std::uint64_t inferred() const { return inference_.inferred(); }
     [[nodiscard]] std::size_t open_count() const { return front_.open_count(); }
 
 private:

@@ -53,7 +53,7 @@ void Inference::begin(std::uint32_t sample) {
     state_.adjacent_samples(sample, neighbors_);
     sort_neighbors(apex.position, neighbors_);
     if (!find_cone(apex, neighbors_, reach_)) {
-        refute(apex, neighbors_, apex.position, true);
+        refute(sample, apex.position, true);
         apex.cone = {};
     }
 }
@@ -73,8 +73,7 @@ void Inference::note_sample(std::uint32_t sample, const Vector& outwards) {
         if (!other.cone.is_known()) {
             begin(b);
         } else if (!other.cone.narrow(to, reach_, margin_)) {
-            state_.adjacent_samples(b, neighbors_);
-            refute(other, neighbors_, apex.position, true);
+            refute(b, apex.position, true);
             other.cone = {};
         }
     }
@@ -86,8 +85,7 @@ void Inference::note_touch(const Point& touched, const Vector& outwards, std::sp
         const Vector to = touched - state_.sample(b);
         // Nearer than its own margin a touch says nothing on the normal.
         if (!knows(b) || to.norm() < std::sqrt(margin_ * reach_) || apexes_[b].cone.narrow(to, reach_, margin_)) continue;
-        state_.adjacent_samples(b, neighbors_);
-        refute(apexes_[b], neighbors_, touched, true);
+        refute(b, touched, true);
     }
     Witness witness{{touched, outwards, {}}, {beside.begin(), beside.end()}};
     sort_neighbors(touched, witness.beside);
@@ -102,8 +100,7 @@ void Inference::check(const Point& x, bool touched, std::span<const std::uint32_
     for (const std::uint32_t sample : lenses) {
         if (!knows(sample) || x == state_.sample(sample)) continue;
         if (!lens(sample, Side::interior).contains(x) && !(touched && lens(sample, Side::exterior).contains(x))) continue;
-        state_.adjacent_samples(sample, neighbors_);
-        refute(apexes_[sample], neighbors_, x, touched);
+        refute(sample, x, touched);
     }
 }
 
@@ -126,7 +123,10 @@ void Inference::check_way(const Point& x, std::span<const std::uint32_t> lenses)
     refutation_ = Refutation{reach_, x, text.str()};
 }
 
-void Inference::refute(const Apex& apex, std::vector<std::uint32_t> neighbors, const Point& x, bool touched) {
+void Inference::refute(std::uint32_t sample, const Point& x, bool touched) {
+    const Apex& apex = apexes_[sample];
+    std::vector<std::uint32_t> neighbors;
+    state_.adjacent_samples(sample, neighbors);
     sort_neighbors(apex.position, neighbors);
     const auto allows = [&](double reach) {
         Apex trial{apex.position, apex.outwards, {}};

@@ -112,7 +112,8 @@ private:
     template <typename Allows>
     [[nodiscard]] double largest_reach(const Allows& allows) const;
     void refute(const FacetView& seen);
-    void refute(const Apex& apex, std::vector<std::uint32_t> neighbors, const Point& x, bool touched);
+    // x, free or on S, contradicts what the sample's neighbours leave of its normal.
+    void refute(std::uint32_t sample, const Point& x, bool touched);
 
     MaintainedDelaunay& state_;
     double reach_;

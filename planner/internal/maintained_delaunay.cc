@@ -250,8 +250,8 @@ void MaintainedDelaunay::adjacent_samples(std::uint32_t sample, std::vector<std:
     for (const Delaunay::Vertex_handle v : adjacent_) out.push_back(v->info());
 }
 
-void MaintainedDelaunay::facets_around(std::uint32_t a, std::uint32_t b, const EdgeTicket& hint, std::vector<DirectedEdge>& out) const {
-    out.clear();
+template <typename Visit>
+void MaintainedDelaunay::visit_facets_around(std::uint32_t a, std::uint32_t b, const EdgeTicket& hint, const Visit& visit) const {
     Delaunay::Cell_handle cell;
     int i = 0;
     int j = 0;
@@ -265,12 +265,23 @@ void MaintainedDelaunay::facets_around(std::uint32_t a, std::uint32_t b, const E
     const Delaunay::Cell_handle first = cell;
     do {
         const Delaunay::Vertex_handle third = cell->vertex(through);
-        if (!delaunay_.is_infinite(third)) out.push_back({cell->info(), out_of});
+        if (!delaunay_.is_infinite(third)) visit(DirectedEdge{cell->info(), out_of});
         const Delaunay::Cell_handle next = cell->neighbor(out_of);
         through = next->index(cell);
         out_of = next->index(third);
         cell = next;
     } while (cell != first);
+}
+
+void MaintainedDelaunay::facets_around(std::uint32_t a, std::uint32_t b, const EdgeTicket& hint, std::vector<DirectedEdge>& out) const {
+    out.clear();
+    visit_facets_around(a, b, hint, [&](DirectedEdge e) { out.push_back(e); });
+}
+
+int MaintainedDelaunay::surface_facets_at(std::uint32_t a, std::uint32_t b, const EdgeTicket& hint) const {
+    int facets = 0;
+    visit_facets_around(a, b, hint, [&](DirectedEdge e) { facets += crossed(e) ? 1 : 0; });
+    return facets;
 }
 
 int MaintainedDelaunay::next_facet_around(CellId cell, int in, int out) const {

@@ -129,6 +129,13 @@ public:
         if (recorded_state(back) == EdgeState::crossing) return back;
         return std::nullopt;
     }
+    // The same, if that crossing is inferred.
+    [[nodiscard]] std::optional<DirectedEdge> inferred(DirectedEdge e) const {
+        const std::optional<DirectedEdge> known = crossed(e);
+        return known && crossing(*known).inferred ? known : std::nullopt;
+    }
+    // How many facets of Ŝ a Delaunay edge has; `hint` as for facets_around.
+    [[nodiscard]] int surface_facets_at(std::uint32_t a, std::uint32_t b, const EdgeTicket& hint) const;
     [[nodiscard]] CrossingId crossing_id(DirectedEdge e) const { return record(e).crossing; }
     // Where a crossing is now; nothing once it has left all edges.
     [[nodiscard]] std::optional<DirectedEdge> edge_of(CrossingId id, std::uint32_t generation) const;
@@ -192,6 +199,9 @@ private:
         EdgeRecord dying;
     };
 
+    // visit(DirectedEdge) for every facet around a Delaunay edge, in turn.
+    template <typename Visit>
+    void visit_facets_around(std::uint32_t a, std::uint32_t b, const EdgeTicket& hint, const Visit& visit) const;
     [[nodiscard]] Delaunay::Cell_handle handle(CellId cell) const { return cells_[cell].handle; }
     [[nodiscard]] EdgeRecord& record(DirectedEdge e) { return cells_[e.cell].edges[static_cast<std::size_t>(e.facet)]; }
     [[nodiscard]] const EdgeRecord& record(DirectedEdge e) const { return cells_[e.cell].edges[static_cast<std::size_t>(e.facet)]; }

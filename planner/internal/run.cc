@@ -16,6 +16,8 @@ constexpr double kSamplesPerBound = 1.75;
 // An estimate is never the end.
 constexpr double kAlmostDone = 0.99;
 
+constexpr const char* kTooClose = "Run: a sample would break the packing bound that termination rests on";
+
 // Balls of half the spacing around samples are disjoint and lie in ω, grown by half the spacing.
 std::size_t packing_bound(const Workspace& workspace, double spacing) {
     const double bound = std::pow((workspace.radius() + spacing / 2) / (spacing / 2), 3);
@@ -73,9 +75,7 @@ void Run::probe(DirectedEdge e) {
         state_.learn_contact(e, start, contact, answer.touch);
         on_contact(e);
     } else {
-        if (const auto known = state_.crossed(e); known && state_.crossing(*known).inferred) {
-            growth_->withdraw(*known, Point(state_.crossing(*known).far));
-        }
+        if (const auto inferred = state_.inferred(e)) growth_->withdraw(*inferred, Point(state_.crossing(*inferred).far));
         const CellId far_cell = state_.neighbor(e);
         const bool was_free = state_.is_free(far_cell);
         tool_.arrive(state_.learn_clear(e, *along, start, answer.position));
@@ -103,13 +103,12 @@ void Run::insert(DirectedEdge crossing, Touch::Role role) {
     const Crossing& c = state_.crossing(crossing);
     const bool repair = role == Touch::Role::repair;
     // The ball is empty, so its radius is the distance to the nearest sample (DESIGN section 3).
-    if (c.ball_radius < criteria_.spacing(repair) || state_.sample_count() >= max_samples_) {
-        throw std::logic_error("Run: a sample would break the packing bound that termination rests on");
-    }
+    if (c.ball_radius < criteria_.spacing(repair)) throw std::logic_error(kTooClose);
     add_sample(Point(c.near), crossing.cell, c.touch, role);
 }
 
 void Run::add_sample(const Point& p, CellId near, std::uint32_t touch, Touch::Role role) {
+    if (state_.sample_count() >= max_samples_) throw std::logic_error(kTooClose);
     const MaintainedDelaunay::Insertion insertion = state_.insert(p, near);
     tool_.assign(touch, role, insertion.sample);
     if (growth_) growth_->note_insertion(insertion, tool_.touches()[touch]);
@@ -121,7 +120,6 @@ bool Run::grow() {
     if (!growth_) return false;
     const std::optional<Growth::Step> step = growth_->step();
     if (step && step->sample) {
-        if (state_.sample_count() >= max_samples_) throw std::logic_error("Run: more samples than fit the workspace");
         add_sample(step->sample->position, step->sample->near, step->sample->touch, Touch::Role::refinement);
     }
     bool refuted = false;
@@ -187,8 +185,7 @@ bool Run::repair_defects() {
         if (criteria_.may_repair(largest.ball_radius)) to_refine.push_back(largest);
     };
     for (const Defect& defect : analyse_topology(surface.mesh).defects) refine_largest(defect.facets);
-    // A touch that no facet uses; if it is on a component of its own, give probing.seed_rays a ray to it is a defect as well: Ŝ is too
-    // coarse to see what was touched.
+    // A touch that no facet uses is a defect as well: Ŝ is too coarse to see what was touched.
     for (const std::uint32_t sample : unrepresented(surface)) refine_largest(facets_near(surface, sample));
     std::sort(to_refine.rbegin(), to_refine.rend());
     bool changed = false;
@@ -206,17 +203,14 @@ bool Run::repair_defects() {
 }
 
 std::vector<std::uint32_t> Run::facets_near(const RestrictedSurface& surface, std::uint32_t sample) const {
-    std::set<std::uint32_t> neighbors;
-    for (const CellId cell : state_.cells_around(sample)) {
-        for (int vertex = 0; vertex < 4; ++vertex) {
-            if (const auto neighbor = state_.sample_of(cell, vertex)) neighbors.insert(*neighbor);
-        }
-    }
+    std::vector<std::uint32_t> neighbors;
+    state_.adjacent_samples(sample, neighbors);
+    std::sort(neighbors.begin(), neighbors.end());
     std::vector<std::uint32_t> facets;
     for (std::uint32_t facet = 0; facet < surface.mesh.triangles.size(); ++facet) {
         const auto& t = surface.mesh.triangles[facet];
-        if (std::any_of(t.begin(), t.end(), [&](std::uint32_t v) { return neighbors.contains(surface.sample_of[v]); }))
-            facets.push_back(facet);
+        const auto is_near = [&](std::uint32_t v) { return std::binary_search(neighbors.begin(), neighbors.end(), surface.sample_of[v]); };
+        if (std::any_of(t.begin(), t.end(), is_near)) facets.push_back(facet);
     }
     return facets;
 }
@@ -277,7 +271,7 @@ Result Run::result() {
     result.certificate = certify(options_, result.topology, evidence);
     if (result.certificate.status == Certificate::Status::incomplete) result.bad_places = bad_places(surface, result.topology);
     result.account = tool_.account();
-    if (growth_) result.account.inferred_contact = growth_->inferred();
+    if (evidence.reach) result.account.inferred_contact = evidence.reach->inferred;
     result.touches = tool_.touches();
     result.samples = state_.sample_count();
     result.lower_bound_samples = lower_bound_samples(surface_area(surface.mesh), options_.epsilon);

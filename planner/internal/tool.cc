@@ -44,25 +44,23 @@ Tool::Answer Tool::probe(const Point& target, Touch::Role role) {
         ++account_.clear;
         return {false, answer.position, 0};
     }
+    return note_touch(start, answer.position, role);
+}
+
+Tool::Answer Tool::note_touch(NodeId start, const Point& touched, Touch::Role role) {
     ++account_.contact;
-    touches_.push_back({answer.position, from, role, std::nullopt});
+    touches_.push_back({touched, roadmap_.at(start), role, std::nullopt});
     touch_starts_.push_back(start);
-    return {true, answer.position, static_cast<std::uint32_t>(touches_.size() - 1)};
+    return {true, touched, static_cast<std::uint32_t>(touches_.size() - 1)};
 }
 
 std::optional<Tool::Answer> Tool::move_through(std::span<const Point> path) {
     for (const Point& target : path) {
-        const Point from = roadmap_.at(at_);
+        const NodeId start = at_;
         const ProbeAnswer answer = oracle_.probe(target);
-        account_.travel += (answer.position - from).norm();
-        const bool contact = answer.outcome == ProbeAnswer::Outcome::contact;
-        if (contact) {
-            ++account_.contact;
-            touches_.push_back({answer.position, from, Touch::Role::crossing, std::nullopt});
-            touch_starts_.push_back(at_);
-        }
-        arrive(roadmap_.add(at_, answer.position));
-        if (contact) return Answer{true, answer.position, static_cast<std::uint32_t>(touches_.size() - 1)};
+        account_.travel += (answer.position - roadmap_.at(start)).norm();
+        arrive(roadmap_.add(start, answer.position));
+        if (answer.outcome == ProbeAnswer::Outcome::contact) return note_touch(start, answer.position, Touch::Role::crossing);
     }
     return std::nullopt;
 }

@@ -43,6 +43,8 @@ public:
     void end_of_seeding() { account_.seed = account_.probes(); }
 
 private:
+    Answer note_touch(NodeId start, const Point& touched, Touch::Role role);
+
     SurfaceOracle& oracle_;
     Roadmap& roadmap_;
     NodeId at_ = kNoNode;

@@ -20,6 +20,7 @@
 #include "planner/prober.h"
 #include "sim/hidden_object.h"
 #include "sim/simulated_device.h"
+#include "tools/timed_oracle.h"
 
 namespace palpate {
 namespace {
@@ -44,27 +45,6 @@ struct TimedRun {
     double microseconds_per_sample() const { return 1e6 * planner_seconds / static_cast<double>(samples.size()); }
 };
 
-class TimedOracle final : public SurfaceOracle {
-public:
-    explicit TimedOracle(SurfaceOracle& oracle) : oracle_(oracle) {}
-    Point position() const override { return oracle_.position(); }
-    void travel(std::span<const Point> path) override {
-        const auto start = Clock::now();
-        oracle_.travel(path);
-        seconds += seconds_since(start);
-    }
-    ProbeAnswer probe(const Point& target) override {
-        const auto start = Clock::now();
-        const ProbeAnswer answer = oracle_.probe(target);
-        seconds += seconds_since(start);
-        return answer;
-    }
-    double seconds = 0.0;
-
-private:
-    SurfaceOracle& oracle_;
-};
-
 TimedRun run_planner(double epsilon, const Strategy& strategy) {
     const HiddenObject object{ObjectSpec(ShapeSpec{TorusSpec{kMajor, kMinor}})};
     SimulatedDevice device(object, {0, 0, kWorkspaceRadius}, {.audit = false});
@@ -77,7 +57,7 @@ TimedRun run_planner(double epsilon, const Strategy& strategy) {
     const auto start = Clock::now();
     const Result result = probe_surface(oracle, Workspace(Ball{Point::Zero(), kWorkspaceRadius}), options);
     TimedRun run;
-    run.planner_seconds = seconds_since(start) - oracle.seconds;
+    run.planner_seconds = seconds_since(start) - oracle.spent().count();
     run.probes = result.account.probes();
     run.samples.resize(result.samples);
     for (const Touch& touch : result.touches) {

@@ -1,0 +1,46 @@
+// How long an oracle thinks, so that the planner's own time can be told.
+#pragma once
+
+#include <chrono>
+#include <span>
+
+#include "planner/surface_oracle.h"
+
+namespace palpate {
+
+using Seconds = std::chrono::duration<double>;
+
+// Adds to `total` for as long as it lives.
+class Stopwatch {
+public:
+    explicit Stopwatch(Seconds& total) : total_(total) {}
+    ~Stopwatch() { total_ += std::chrono::steady_clock::now() - start_; }
+    Stopwatch(const Stopwatch&) = delete;
+    Stopwatch& operator=(const Stopwatch&) = delete;
+
+private:
+    Seconds& total_;
+    std::chrono::steady_clock::time_point start_ = std::chrono::steady_clock::now();
+};
+
+class TimedOracle final : public SurfaceOracle {
+public:
+    explicit TimedOracle(SurfaceOracle& oracle) : oracle_(oracle) {}
+
+    [[nodiscard]] Point position() const override { return oracle_.position(); }
+    void travel(std::span<const Point> path) override {
+        const Stopwatch watch(spent_);
+        oracle_.travel(path);
+    }
+    [[nodiscard]] ProbeAnswer probe(const Point& target) override {
+        const Stopwatch watch(spent_);
+        return oracle_.probe(target);
+    }
+    [[nodiscard]] Seconds spent() const { return spent_; }
+
+private:
+    SurfaceOracle& oracle_;
+    Seconds spent_{0};
+};
+
+}  // namespace palpate
