@@ -22,7 +22,6 @@ using yaml::Section;
 
 constexpr std::string_view kMillimetres = "mm";
 constexpr std::array<std::string_view, 1> kWorkspaceWords{"auto"};
-constexpr std::array<std::string_view, 2> kStrategyWords{"default", "thesis"};
 constexpr yaml::Bounds kFloorBounds{0.0, 1.0, false};
 constexpr yaml::Bounds kShareBounds{0.0, 1.0, true};
 
@@ -64,24 +63,26 @@ Option read_option(Section& section, std::string_view name, std::string_view mea
 
 Strategy read_strategy(Section& section) {
     Strategy strategy;
-    const yaml::Key key{"strategy", "how the next probe is chosen; `thesis` is exhaustive, exhaustive, none, voronoi", Need::optional, "",
-                        "default"};
-    const auto word = section.word_or_mapping(key, kStrategyWords, [&](Section& inner) {
+    const yaml::Key key{
+        "strategy",
+        "how the next probe is chosen; `thesis` is exhaustive, exhaustive, none, voronoi; `adaptive` is the default with that `infer`",
+        Need::optional, "", "default"};
+    const auto word = section.word_or_mapping(key, strategy_names(), [&](Section& inner) {
         strategy.refine = read_option(
             inner, "refine", "which touches become samples: the worst once every reachable edge is probed, or every bad one at once",
             strategy.refine);
         strategy.explore =
             read_option(inner, "explore", "which edges are probed: all that can be reached, or what closes the surface", strategy.explore);
-        strategy.infer = read_option(
-            inner, "infer",
-            "what is concluded without a probe: nothing, or what a bound on the reach proves; without `probing.reach` that is nothing",
-            strategy.infer);
+        strategy.infer = read_option(inner, "infer",
+                                     "what is concluded without a probe: nothing; what a bound on the reach proves (without "
+                                     "`probing.reach` nothing); or what local bounds suggest that follow the touches, a heuristic",
+                                     strategy.infer);
         strategy.travel =
             read_option(inner, "travel",
                         "along which ways the probe moves: along Voronoi edges, or near the surface through all space that is proven free",
                         strategy.travel);
     });
-    return word == std::size_t{1} ? Strategy::thesis() : strategy;
+    return word ? named_strategy(*word) : strategy;
 }
 
 Segment read_seed_ray(Section& section) {

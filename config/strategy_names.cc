@@ -11,8 +11,11 @@ namespace {
 // In the order of the enumerators.
 constexpr std::array<std::string_view, 2> kRefineWords{"exhaustive", "eager"};
 constexpr std::array<std::string_view, 2> kExploreWords{"exhaustive", "closure"};
-constexpr std::array<std::string_view, 2> kInferWords{"none", "reach"};
+constexpr std::array<std::string_view, 3> kInferWords{"none", "reach", "adaptive"};
 constexpr std::array<std::string_view, 2> kTravelWords{"voronoi", "free_space"};
+
+constexpr std::array<std::string_view, 3> kNames{"default", "thesis", "adaptive"};
+constexpr std::array<Strategy, 3> kNamed{Strategy{}, Strategy::thesis(), Strategy::adaptive()};
 
 std::string alternatives(std::span<const std::string_view> words) {
     std::string text;
@@ -24,7 +27,7 @@ std::string alternatives(std::span<const std::string_view> words) {
 
 [[noreturn]] void fail(std::string_view name) {
     throw std::invalid_argument("unknown strategy '" + std::string(name) +
-                                "'; allowed: thesis, default, or refine+explore[+infer[+travel]] with refine " +
+                                "'; allowed: default, thesis, adaptive, or refine+explore[+infer[+travel]] with refine " +
                                 alternatives(kRefineWords) + ", explore " + alternatives(kExploreWords) + ", infer " +
                                 alternatives(kInferWords) + ", travel " + alternatives(kTravelWords));
 }
@@ -71,25 +74,22 @@ std::span<const std::string_view> strategy_words<Strategy::Travel>() {
     return kTravelWords;
 }
 
+std::span<const std::string_view> strategy_names() { return kNames; }
+const Strategy& named_strategy(std::size_t index) { return kNamed.at(index); }
+
 std::string to_string(const Strategy& strategy) {
-    if (strategy == Strategy::thesis()) {
-        return "thesis";
-    }
-    if (strategy == Strategy{}) {
-        return "default";
+    for (std::size_t k = 0; k < kNamed.size(); ++k) {
+        if (strategy == kNamed[k]) return std::string(kNames[k]);
     }
     return std::string(to_word(strategy.refine)) + "+" + std::string(to_word(strategy.explore)) + "+" +
            std::string(to_word(strategy.infer)) + "+" + std::string(to_word(strategy.travel));
 }
 
 Strategy parse_strategy(std::string_view name) {
-    if (name == "thesis") {
-        return Strategy::thesis();
+    for (std::size_t k = 0; k < kNamed.size(); ++k) {
+        if (name == kNames[k]) return kNamed[k];
     }
     Strategy strategy;
-    if (name == "default") {
-        return strategy;
-    }
     const std::vector<std::string_view> words = split(name);
     if (words.size() < 2 || words.size() > 4) {
         fail(name);

@@ -26,11 +26,15 @@ template <class Option>
     return strategy_words<Option>()[static_cast<std::size_t>(value)];
 }
 
+// The strategies that have a name: default, thesis, adaptive.
+[[nodiscard]] std::span<const std::string_view> strategy_names();
+[[nodiscard]] const Strategy& named_strategy(std::size_t index);
+
 // Short name for tables: "thesis", or refine+explore, such as "eager+closure", with "+infer+travel" where these are not
 // the defaults. parse_strategy(to_string(s)) == s for all s.
 [[nodiscard]] std::string to_string(const Strategy& strategy);
 
-// "thesis", "default", or two to four words refine+explore[+infer[+travel]]; what is left out takes its default.
+// A named strategy, or two to four words refine+explore[+infer[+travel]]; what is left out takes its default.
 // Throws std::invalid_argument that lists what is allowed.
 [[nodiscard]] Strategy parse_strategy(std::string_view name);
 

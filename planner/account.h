@@ -13,7 +13,7 @@ struct Account {
     std::uint64_t contact = 0;
     std::uint64_t clear = 0;
     std::uint64_t seed = 0;              // of them, before the triangulation
-    std::uint64_t inferred_contact = 0;  // crossings known without a touch
+    std::uint64_t inferred_contact = 0;  // facets of the mesh whose crossing is known without a touch
     std::uint64_t inferred_clear = 0;    // edges known to be free without a probe
     double travel = 0.0;                 // mm: motion between probes
     double probing = 0.0;                // mm: motion of probes, to where they stopped

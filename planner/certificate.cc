@@ -61,12 +61,21 @@ Premise reach_premise(const Options& options, const Evidence& evidence) {
     if (*options.reach < needed) {
         return {name, State::missing, text("the given bound of ", *options.reach, " mm is too small: this epsilon needs ", needed, " mm")};
     }
-    std::string detail = text("by the user: reach >= ", *options.reach, " mm; ", needed, " mm is needed");
-    if (evidence.reach) {
-        detail +=
-            text("; ", evidence.reach->inferred, " crossings inferred from it, ", evidence.reach->audited, " of them touched: all agree");
+    return {name, State::assumed, text("by the user: reach >= ", *options.reach, " mm; ", needed, " mm is needed")};
+}
+
+// Facets that no touch put into the mesh, and what they rest on.
+Premise inference_premise(const Options& options, const ReachEvidence& reach) {
+    Premise premise{"inferred facets", State::assumed, text(reach.inferred, " facets, with their balls, are inferred from ")};
+    if (reach.is_local && !options.reach) {
+        premise.state = State::missing;
+        premise.detail += text("local bounds of at most ", reach.used, " mm, a heuristic that nobody vouches for");
+    } else {
+        premise.detail += reach.refuted ? "the lowered bound" : "the given bound";
     }
-    return {name, State::assumed, detail};
+    premise.detail +=
+        text("; ", reach.audited, " more were touched anyway, ", reach.audited_wrong, " of them not where they were inferred");
+    return premise;
 }
 
 bool holds(const Premise& premise) { return premise.state == State::checked || premise.state == State::assumed; }
@@ -85,6 +94,8 @@ Certificate certify(const Options& options, const Topology& topology, const Evid
                             reach,
                             {"the workspace contains the object", State::assumed, "by the user"},
                             {"touches lie on the surface", State::assumed, "by the user: their error is far below epsilon"}};
+    if (evidence.reach) certificate.premises.push_back(inference_premise(options, *evidence.reach));
+    const bool guesses = evidence.reach && evidence.reach->inferred > 0 && !holds(certificate.premises.back());
     if (!holds(manifold) || !holds(components) || !holds(balls)) {
         certificate.status = Certificate::Status::incomplete;
         certificate.statement = "Nothing is guaranteed: the run could not establish all of I1 to I3.";
@@ -101,6 +112,7 @@ Certificate certify(const Options& options, const Topology& topology, const Evid
         certificate.statement =
             "The mesh is a closed oriented manifold whose surface Delaunay balls are at most epsilon; that it has the "
             "object's topology is not guaranteed, because the premise on the reach is missing.";
+        if (guesses) certificate.statement += " Some of its facets are inferred by a heuristic.";
     } else {
         certificate.status = Certificate::Status::certified;
         certificate.statement =

@@ -47,10 +47,12 @@ struct BadPlace {
 struct ReachEvidence {
     bool refuted = false;
     double largest = std::numeric_limits<double>::infinity();  // mm: no larger bound agrees with the touches
-    double used = 0.0;                                         // mm: the bound that the mesh rests on
+    bool is_local = false;                                     // every sample has a bound of its own, a heuristic
+    double used = 0.0;                                         // mm: the bound that the mesh rests on, or the largest local one
     std::string detail;                                        // which touch contradicts, and what
-    std::uint64_t inferred = 0;                                // crossings known without a touch
-    std::uint64_t audited = 0;                                 // of them, touched anyway
+    std::uint64_t inferred = 0;                                // facets of the mesh that rest on it, untouched
+    std::uint64_t audited = 0;                                 // inferred facets that were touched anyway ...
+    std::uint64_t audited_wrong = 0;                           // ... and that S did not meet where it was inferred to
 };
 
 // What the certificate rests on, as found on the result.

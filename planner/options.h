@@ -13,7 +13,7 @@ namespace palpate {
 struct Strategy {
     enum class Refine { exhaustive, eager };
     enum class Explore { exhaustive, closure };
-    enum class Infer { none, reach };
+    enum class Infer { none, reach, adaptive };  // adaptive: local bounds that follow the touches, a heuristic
     enum class Travel { voronoi, free_space };
 
     Refine refine = Refine::eager;
@@ -23,6 +23,7 @@ struct Strategy {
 
     friend bool operator==(const Strategy&, const Strategy&) = default;
 
+    [[nodiscard]] static constexpr Strategy adaptive() { return {.infer = Infer::adaptive}; }
     [[nodiscard]] static constexpr Strategy thesis() { return {Refine::exhaustive, Explore::exhaustive, Infer::none, Travel::voronoi}; }
 };
 

@@ -56,7 +56,8 @@ int main(int argc, char** argv) {
     bench.output = "bench";
     CLI::App* const bench_app = app.add_subcommand("bench", "Probe the same objects with several strategies and compare");
     bench_app->add_option("CONFIG", bench.configs, "Configurations, YAML")->required();
-    bench_app->add_option("--strategy", bench.strategies, "Strategies: thesis, default, or refine+explore such as eager+exhaustive")
+    bench_app
+        ->add_option("--strategy", bench.strategies, "Strategies: default, thesis, adaptive, or refine+explore such as eager+exhaustive")
         ->delimiter(',')
         ->capture_default_str();
     bench_app->add_option("-o,--output", bench.output, "Write FILE.csv and FILE.json")->type_name("FILE")->capture_default_str();

@@ -6,14 +6,21 @@
 
 namespace palpate {
 
+Point FreeSpace::hover_point(std::uint32_t sample) const {
+    const Point& apex = state_.sample(sample);
+    const Vector& up = inference_.normal(sample);
+    const auto chord = state_.workspace().clip(apex, up);
+    return apex + (chord ? std::min(hover_, chord->high) : hover_) * up;
+}
+
 bool FreeSpace::is_free(const Point& from, const Point& to, std::span<const std::uint32_t> lenses) const {
     const double length = (to - from).norm();
     if (length == 0) return true;
     const Vector direction = (to - from) / length;
     covered_.clear();
     for (const std::uint32_t sample : lenses) {
-        if (!inference_.knows(sample)) continue;
-        const std::optional<Interval> inside = inference_.lens(sample, Side::exterior).clip(from, direction);
+        if (!inference_.has_clearance(sample)) continue;
+        const std::optional<Interval> inside = inference_.clearance(sample).clip(from, direction);
         if (inside) covered_.push_back(*inside);
     }
     std::sort(covered_.begin(), covered_.end(), [](const Interval& x, const Interval& y) { return x.low < y.low; });
@@ -42,7 +49,7 @@ std::optional<std::vector<std::uint32_t>> FreeSpace::hover_way(const HoverPlace&
     state_.adjacent_samples(from.home, adjacent_);
     adjacent_.push_back(from.home);
     for (const std::uint32_t sample : adjacent_) {
-        if (!inference_.knows(sample)) continue;
+        if (!inference_.has_clearance(sample)) continue;
         const Point first = hover_point(sample);
         const std::array<std::uint32_t, 2> lenses{sample, from.home};
         if (is_free(from.point, first, lenses)) reach(sample, (first - from.point).norm(), kStart, to.point);
@@ -63,7 +70,7 @@ std::optional<std::vector<std::uint32_t>> FreeSpace::hover_way(const HoverPlace&
         const Point here = hover_point(at);
         state_.adjacent_samples(at, adjacent_);
         for (const std::uint32_t next : adjacent_) {
-            if (!inference_.knows(next)) continue;
+            if (!inference_.has_clearance(next)) continue;
             const Label& label = labels_[next];
             const Point there = hover_point(next);
             const double longer = cost + (there - here).norm();
@@ -81,22 +88,24 @@ std::optional<FreeSpace::Way> FreeSpace::way(const HoverPlace& from, const Hover
     way.lenses.push_back(to.home);
     way.lenses.push_back(from.home);
     if (is_free(from.point, to.point, way.lenses)) {
-        way.points = {to.point};
+        way.stops = {to};
+        way.length = (to.point - from.point).norm();
         return way;
     }
     const std::optional<std::vector<std::uint32_t>> samples = hover_way(from, to);
     if (!samples) return std::nullopt;
-    std::vector<Point> corners;
-    for (const std::uint32_t s : *samples) corners.push_back(hover_point(s));
-    corners.push_back(to.point);
+    std::vector<HoverPlace> corners;
+    for (const std::uint32_t s : *samples) corners.push_back({hover_point(s), s});
+    corners.push_back(to);
     way.lenses.insert(way.lenses.end(), samples->begin(), samples->end());
     // Straight on to the farthest corner that the lenses along the way allow.
     Point at = from.point;
     for (std::size_t k = 0; k < corners.size(); ++k) {
         std::size_t farthest = corners.size() - 1;
-        while (farthest > k && !is_free(at, corners[farthest], way.lenses)) --farthest;
-        way.points.push_back(corners[farthest]);
-        at = corners[farthest];
+        while (farthest > k && !is_free(at, corners[farthest].point, way.lenses)) --farthest;
+        way.stops.push_back(corners[farthest]);
+        way.length += (corners[farthest].point - at).norm();
+        at = corners[farthest].point;
         k = farthest;
     }
     return way;

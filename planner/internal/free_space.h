@@ -25,8 +25,9 @@ struct HoverPlace {
 class FreeSpace {
 public:
     struct Way {
-        std::vector<Point> points;          // to pass in turn, without the start
+        std::vector<HoverPlace> stops;      // to pass in turn, without the start
         std::vector<std::uint32_t> lenses;  // that it leads through, and others
+        double length = 0.0;                // mm
     };
 
     // `hover` (mm): height of the ways above S.
@@ -47,7 +48,7 @@ private:
         bool settled = false;
     };
 
-    [[nodiscard]] Point hover_point(std::uint32_t sample) const { return state_.sample(sample) + hover_ * inference_.normal(sample); }
+    [[nodiscard]] Point hover_point(std::uint32_t sample) const;  // inside ω
     [[nodiscard]] std::optional<std::vector<std::uint32_t>> hover_way(const HoverPlace& from, const HoverPlace& to);
     bool reach(std::uint32_t sample, double cost, std::uint32_t came_from, const Point& goal);
 

@@ -42,7 +42,7 @@ struct Front::OpenEdge {
 void Front::note_edge(std::uint32_t a, std::uint32_t b, const EdgeTicket& hint) {
     if (a > b) std::swap(a, b);
     const Task task{{a, b, Task::kNoSample}, 0, (state_.sample(a) + state_.sample(b)) / 2, hint};
-    if (state_.surface_facets_at(a, b, hint) == 1) {
+    if (!given_up_.contains({a, b}) && state_.surface_facets_at(a, b, hint) == 1) {
         tasks_.add(task);
     } else {
         tasks_.remove(task);
@@ -83,6 +83,10 @@ void Front::note_insertion(const MaintainedDelaunay::Insertion& insertion) {
     }
 }
 
+void Front::reconsider(DirectedEdge e) {
+    if (!infer(e)) note_edges(e);
+}
+
 void Front::sweep() {
     for (CellId cell = 0; cell < state_.cell_slots(); ++cell) {
         if (!state_.is_live(cell)) continue;
@@ -95,6 +99,11 @@ void Front::sweep() {
             }
         }
     }
+}
+
+void Front::note_missed(std::array<std::uint32_t, 3> facet) {
+    std::sort(facet.begin(), facet.end());
+    missed_.insert(facet);
 }
 
 void Front::note_audit(DirectedEdge e) {
@@ -121,8 +130,8 @@ std::optional<Front::OpenEdge> Front::look_at(const Task& task) {
     }
     if (facets != 1) return std::nullopt;
     Vector up = Vector::Zero();
-    if (inference_.knows(edge.a)) up += inference_.normal(edge.a);
-    if (inference_.knows(edge.b)) up += inference_.normal(edge.b);
+    if (inference_.has_clearance(edge.a)) up += inference_.normal(edge.a);
+    if (inference_.has_clearance(edge.b)) up += inference_.normal(edge.b);
     if (up.isZero()) return std::nullopt;
     for (const std::uint32_t v : state_.facet_samples(edge.facet)) {
         if (v != edge.a && v != edge.b) edge.c = v;
@@ -150,6 +159,9 @@ std::optional<FacetView> Front::facet_ahead(const OpenEdge& edge) {
             return v != edge.a && v != edge.b && (state_.sample(v) - edge.middle).dot(edge.ahead) > 0;
         });
         if (!is_ahead || !(circumradius(corners) < kLarge * options_.epsilon)) continue;
+        auto sorted = corners;
+        std::sort(sorted.begin(), sorted.end());
+        if (missed_.contains(sorted)) continue;
         const std::optional<FacetView> view = inference_.view(e);
         if (!view || view->up.dot(edge.up) < kSteepest) continue;
         // How far S, if it were flat, would miss the dual edge.
@@ -161,26 +173,36 @@ std::optional<FacetView> Front::facet_ahead(const OpenEdge& edge) {
     return best;
 }
 
-std::optional<FrontTouch> Front::touch_dual_edge(const FacetView& facet) const {
-    if (!facet.exterior) return std::nullopt;
-    // Where the edge's exterior end is in doubt itself, the probe starts above it.
-    double height = std::max(std::min(facet.top, options_.standoff), *facet.exterior + kInside * options_.epsilon);
-    for (int k = 0; k < 8; ++k) {
-        const Point start = facet.at(height);
-        if (inference_.knows(facet.exterior_of) && inference_.lens(facet.exterior_of, Side::exterior).contains(start)) {
-            FrontTouch touch;
-            touch.start = start;
-            touch.home = facet.exterior_of;
-            touch.certain = facet.interior && *facet.interior >= facet.bottom;
-            touch.interior_of = facet.interior_of;
-            touch.target = facet.at(touch.certain ? *facet.interior : std::max(facet.bottom, -2 * options_.epsilon));
-            touch.along = facet;
-            touch.beside = facet.corners;
-            return touch;
-        }
-        height = *facet.exterior + (height - *facet.exterior) / 4;
+double Front::Clearance::clamp(double height) const {
+    const double inset = kInside * (span.high - span.low);
+    return std::clamp(height, span.low + inset, span.high - inset);
+}
+
+std::optional<Front::Clearance> Front::clearance_at(const Point& place, const Vector& up, std::span<const std::uint32_t> samples) const {
+    std::optional<Clearance> lowest;
+    const auto chord = state_.workspace().clip(place, up);
+    for (const std::uint32_t v : samples) {
+        if (!inference_.has_clearance(v)) continue;
+        auto in = inference_.clearance(v).clip(place, up);
+        if (in && chord) in->high = std::min(in->high, chord->high);
+        if (in && in->low < in->high && (!lowest || in->low < lowest->span.low)) lowest = Clearance{*in, v};
     }
-    return std::nullopt;
+    return lowest;
+}
+
+std::optional<FrontTouch> Front::touch_dual_edge(const FacetView& facet) const {
+    const std::optional<Clearance> free = clearance_at(facet.line.origin, facet.up, facet.corners);
+    if (!free) return std::nullopt;
+    FrontTouch touch;
+    // Where the edge's exterior end is in doubt itself, the probe starts above it.
+    touch.start = facet.at(free->clamp(std::min(facet.top, options_.standoff)));
+    touch.home = free->home;
+    touch.certain = facet.interior && *facet.interior >= facet.bottom;
+    touch.interior_of = touch.certain ? facet.interior_of : facet.corners[0];
+    touch.target = facet.at(touch.certain ? *facet.interior : std::max(facet.bottom, -2 * options_.epsilon));
+    touch.along = facet;
+    touch.beside = facet.corners;
+    return touch;
 }
 
 std::optional<FrontTouch> Front::touch_ahead(const OpenEdge& edge, const std::optional<FacetView>& ahead) {
@@ -205,32 +227,30 @@ std::optional<FrontTouch> Front::touch_ahead(const OpenEdge& edge, const std::op
         const Point place = edge.middle + (ideal + (centre - ideal) * k / kPlaces) * edge.ahead;
         FrontTouch touch;
         touch.beside = beside;
-        std::optional<Interval> free;
+        const std::optional<Clearance> free = clearance_at(place, edge.up, beside);
+        if (!free) continue;
         std::optional<double> inside;
+        touch.interior_of = beside[0];
         for (const std::uint32_t v : beside) {
             if (!inference_.knows(v)) continue;
-            if (const auto in = inference_.lens(v, Side::exterior).clip(place, edge.up); in && (!free || in->low < free->low)) {
-                free = in;
-                touch.home = v;
-            }
             if (const auto in = inference_.lens(v, Side::interior).clip(place, edge.up); in && (!inside || in->high > *inside)) {
                 inside = in->high;
                 touch.interior_of = v;
             }
         }
-        if (!free) continue;
         // S is met between these heights: everywhere there the touch must keep its distance.
         const double low = inside.value_or(-2 * options_.epsilon);
         const bool spaced = std::all_of(near_.begin(), near_.end(), [&](std::uint32_t v) {
             const Vector d = state_.sample(v) - place;
-            return (d - std::clamp(d.dot(edge.up), std::min(low, free->low), free->low) * edge.up).norm() > kSpacing * options_.epsilon;
+            return (d - std::clamp(d.dot(edge.up), std::min(low, free->span.low), free->span.low) * edge.up).norm() >
+                   kSpacing * options_.epsilon;
         });
         if (!spaced) continue;
-        const double lowest = free->low + kInside * (free->high - free->low);
-        const double highest = free->high - kInside * (free->high - free->low);
-        touch.start = place + std::clamp(options_.standoff, lowest, highest) * edge.up;
+        touch.start = place + free->clamp(options_.standoff) * edge.up;
+        touch.home = free->home;
         touch.target = place + low * edge.up;
         touch.certain = inside.has_value();
+        touch.under = edge.middle - ideal * edge.up;
         return touch;
     }
     return ahead ? touch_dual_edge(*ahead) : std::nullopt;
@@ -255,7 +275,11 @@ std::optional<FrontTouch> Front::next(const Point& tool) {
             return touch;
         }
         const std::optional<OpenEdge> edge = look_at(*task);
-        if (!edge || edge->attempts > kMaxAttempts) continue;
+        if (!edge) continue;
+        if (edge->attempts > kMaxAttempts) {
+            given_up_.insert({edge->a, edge->b});
+            continue;
+        }
         // Normals may be known better by now than when the facets around were new.
         if (infer_around()) continue;
         const std::optional<FacetView> ahead = facet_ahead(*edge);
@@ -264,7 +288,10 @@ std::optional<FrontTouch> Front::next(const Point& tool) {
             touch = touch_dual_edge(*ahead);
         }
         if (!touch) touch = touch_ahead(*edge, ahead);
-        if (!touch) continue;
+        if (!touch) {
+            given_up_.insert({edge->a, edge->b});
+            continue;
+        }
         // Until it is closed.
         tasks_.add({task->samples, edge->attempts + 1, task->at, state_.ticket(edge->facet)});
         return touch;

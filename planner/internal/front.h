@@ -10,6 +10,8 @@
 #include <cstdint>
 #include <optional>
 #include <random>
+#include <set>
+#include <utility>
 #include <vector>
 
 #include "planner/internal/inference.h"
@@ -25,6 +27,7 @@ struct FrontTouch {
     std::uint32_t home = 0;
     std::uint32_t interior_of = 0;
     bool audit = false;                     // the edge holds an inferred crossing
+    std::optional<Point> under;             // where to probe on to if the target is reached: S falls away steeply
     std::optional<FacetView> along;         // the dual edge that is probed; nothing: a new sample
     std::array<std::uint32_t, 3> beside{};  // samples around: the open edge and the third corner of its facet
 };
@@ -46,12 +49,18 @@ public:
     Front(MaintainedDelaunay& state, Inference& inference, const Options& options)
         : state_(state), inference_(inference), options_(options), tasks_(2 * options.epsilon), random_(options.random_seed) {}
 
+    // Infers what it can of an edge. True if that puts its facet into Ŝ.
+    bool infer(DirectedEdge e);
     void note_insertion(const MaintainedDelaunay::Insertion& insertion);
     // The facet came into Ŝ or left it.
     void note_edges(DirectedEdge e);
+    // What an inference rested on is less than it was.
+    void reconsider(DirectedEdge e);
     // Infers and notes everything afresh. Linear time.
     void sweep();
 
+    // The facet's dual edge was touched, and whether S meets it is still not known.
+    void note_missed(std::array<std::uint32_t, 3> facet);
     // What to touch next, nearest to the tool first. Nothing when no open edge is left that a touch near it can close.
     [[nodiscard]] std::optional<FrontTouch> next(const Point& tool);
     [[nodiscard]] std::size_t open_count() const { return tasks_.size(); }
@@ -59,7 +68,6 @@ public:
 private:
     struct OpenEdge;
 
-    bool infer(DirectedEdge e);
     void note_edge(std::uint32_t a, std::uint32_t b, const EdgeTicket& hint);
     void note_edges_of(const std::array<std::uint32_t, 3>& facet, const EdgeTicket& hint);
     [[nodiscard]] double circumradius(const std::array<std::uint32_t, 3>& facet) const;
@@ -69,6 +77,14 @@ private:
     bool infer_around();
     // The facet ahead of the edge that S crosses most likely.
     [[nodiscard]] std::optional<FacetView> facet_ahead(const OpenEdge& edge);
+    // What is taken to be free along a line near S.
+    struct Clearance {
+        Interval span;  // mm along the line
+        std::uint32_t home = 0;
+
+        [[nodiscard]] double clamp(double height) const;
+    };
+    [[nodiscard]] std::optional<Clearance> clearance_at(const Point& place, const Vector& up, std::span<const std::uint32_t> samples) const;
     [[nodiscard]] std::optional<FrontTouch> touch_dual_edge(const FacetView& facet) const;
     [[nodiscard]] std::optional<FrontTouch> touch_ahead(const OpenEdge& edge, const std::optional<FacetView>& ahead);
     // An inferred facet that is touched anyway.
@@ -81,9 +97,11 @@ private:
     TaskGrid tasks_;
     std::mt19937_64 random_;
     std::uint64_t audited_ = 0;
-    std::vector<DirectedEdge> around_;     // scratch
-    std::vector<std::uint32_t> adjacent_;  // scratch
-    std::vector<std::uint32_t> near_;      // scratch
+    std::set<std::array<std::uint32_t, 3>> missed_;               // facets whose dual edges were touched and taught nothing
+    std::set<std::pair<std::uint32_t, std::uint32_t>> given_up_;  // open edges that touches did not close
+    std::vector<DirectedEdge> around_;                            // scratch
+    std::vector<std::uint32_t> adjacent_;                         // scratch
+    std::vector<std::uint32_t> near_;                             // scratch
 };
 
 }  // namespace palpate

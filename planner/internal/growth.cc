@@ -10,16 +10,27 @@ namespace {
 constexpr double kMargin = 1e-9;
 // Samples within that many ε help to know each other's normals: the ring of neighbours and a little more.
 constexpr double kRange = 4.0;
-// Of ε: how far the tool lifts off a touch before it goes elsewhere.
-constexpr double kLift = 0.05;
 // A bound that was refuted is lowered to what the evidence allows, but at least by this, so that there are few rounds.
 constexpr double kLowered = 0.8;
 // Below that many ε, lenses are too flat to reach from one sample to the next.
 constexpr double kUseful = 2.0;
+// Of ε: a local bound begins with that much, which is enough for growth, ...
+constexpr double kFirst = 4.0;
+// ... and is of no use for inference below that.
+constexpr double kLeast = 1.5;
+// Of ε: the balls beside samples that guarded motion takes to be free until a touch contradicts.
+constexpr double kClearance = 4.0;
 
 bool grows(const Strategy& strategy) {
     return strategy.refine == Strategy::Refine::eager && strategy.explore == Strategy::Explore::closure &&
            strategy.travel == Strategy::Travel::free_space;
+}
+
+ReachBound bound(const Options& options) {
+    const bool is_local = options.strategy.infer == Strategy::Infer::adaptive;
+    if (!is_local) return {*options.reach};
+    const double first = kFirst * options.epsilon;
+    return {options.reach ? std::min(*options.reach, first) : first, true, kLeast * options.epsilon, kClearance * options.epsilon};
 }
 
 }  // namespace
@@ -30,29 +41,25 @@ Growth::Growth(MaintainedDelaunay& state, Tool& tool, const Workspace& workspace
       tool_(tool),
       options_(options),
       criteria_(criteria),
-      inference_(state, *options.reach, kRange * options.epsilon, kMargin * workspace.radius()),
+      inference_(state, bound(options), kRange * options.epsilon, kMargin * workspace.radius()),
       front_(state, inference_,
              {options.epsilon, options.standoff.value_or(options.epsilon), Front::kGrowth, options.audit, options.random_seed}),
-      free_space_(state, inference_, options.epsilon),
+      pilot_(state, tool, inference_, options.epsilon),
       grows_(grows(options.strategy)) {
     inference_.watch(observer.on_inference);
-    for (const Touch& touch : tool.touches()) {
-        if (!touch.sample) continue;
-        inference_.note_sample(*touch.sample, touch.from - touch.position);
-    }
-    front_.sweep();
+    note_seeds(0);
 }
 
-bool Growth::infer(DirectedEdge e) {
-    const auto inwards = inference_.infer(e, options_.epsilon);
-    if (inwards) front_.note_edges(*inwards);
-    return inwards.has_value();
+void Growth::note_seeds(std::size_t first) {
+    for (const Touch& touch : tool_.touches()) {
+        if (touch.sample && *touch.sample >= first) inference_.note_sample(*touch.sample, touch.from - touch.position);
+    }
+    front_.sweep();
 }
 
 void Growth::note_insertion(const MaintainedDelaunay::Insertion& insertion, const Touch& touch) {
     inference_.note_sample(insertion.sample, touch.from - touch.position);
     front_.note_insertion(insertion);
-    if (at_ != kNoNode && at_ == tool_.at()) home_ = insertion.sample;
 }
 
 void Growth::withdraw(DirectedEdge e, const Point& free) {
@@ -66,184 +73,121 @@ void Growth::distrust(DirectedEdge e) {
     front_.note_edges(e);
 }
 
-// --- motion ----------------------------------------------------------------------------------------------------------
-
-std::optional<HoverPlace> Growth::place() const {
-    if (at_ == kNoNode || at_ != tool_.at() || home_ == kNone) return std::nullopt;
-    return HoverPlace{state_.roadmap().at(at_), home_};
-}
-
-void Growth::lift() {
-    if (at_ == kNoNode || at_ != tool_.at() || last_contact_ != at_) return;
-    Roadmap& roadmap = state_.roadmap();
-    const Point touched = roadmap.at(at_);
-    const Vector way = roadmap.at(last_start_.node) - touched;
-    const Point lifted = touched + std::min(kLift * options_.epsilon / way.norm(), 0.5) * way;
-    std::uint32_t home = kNone;
-    for (const std::uint32_t sample : {home_, last_start_.home}) {
-        if (home == kNone && sample != kNone && inference_.knows(sample) && inference_.lens(sample, Side::exterior).contains(lifted)) {
-            home = sample;
-        }
-    }
-    if (home == kNone) {
-        tool_.go_to(last_start_.node);
-        home_ = last_start_.home;
-    } else {
-        const NodeId node = roadmap.add(last_start_.node, lifted);
-        roadmap.connect(at_, node);
-        tool_.go_to(node);
-        home_ = home;
-    }
-    at_ = tool_.at();
-}
-
-bool Growth::follow(const FreeSpace::Way& way) {
-    const auto contact = tool_.move_through(way.points);
-    if (!contact) return true;
-    at_ = kNoNode;
-    inference_.check_way(contact->position, way.lenses);
-    return false;
-}
-
-Growth::Door Growth::door(std::uint32_t sample) {
-    if (doors_.size() <= sample) doors_.resize(sample + 1);
-    Door& door = doors_[sample];
-    if (door.node != kNoNode || !inference_.knows(sample)) return door;
-    const NodeId start = tool_.start_of_sample(sample);
-    const Point& apex = state_.sample(sample);
-    const Vector way = state_.roadmap().at(start) - apex;
-    const double length = way.norm();
-    const auto inside = inference_.lens(sample, Side::exterior).clip(apex, way / length);
-    if (!inside || inside->low >= length) return door;
-    const double low = std::max(inside->low, 0.0);
-    const double high = std::min(inside->high, length);
-    const double at = std::clamp(options_.epsilon, low + (high - low) / 4, high - (high - low) / 4);
-    door = {state_.roadmap().add(start, apex + at / length * way), sample};
-    return door;
-}
-
-bool Growth::go_to(const Point& start, std::uint32_t home) {
-    const HoverPlace goal{start, home};
-    lift();
-    const auto from = place();
-    auto way = from ? free_space_.way(*from, goal) : std::nullopt;
-    if (!way && last_start_.node != kNoNode) {
-        // Back where the last probe came from: its touch may lie in no lens.
-        tool_.go_to(last_start_.node);
-        if (last_start_.home != kNone) way = free_space_.way({state_.roadmap().at(last_start_.node), last_start_.home}, goal);
-    }
-    if (!way) {
-        // Over ground that the tool has been on.
-        const Door entry = door(home);
-        if (entry.node == kNoNode) return false;
-        tool_.go_to(entry.node);
-        way = free_space_.way({state_.roadmap().at(entry.node), entry.home}, goal);
-        if (!way) return false;
-    }
-    if (!follow(*way)) return false;
-    at_ = tool_.at();
-    home_ = home;
-    return true;
-}
-
-void Growth::approach(NodeId goal, const std::array<std::uint32_t, 3>& corners) {
-    lift();
-    const auto from = place();
-    if (!from) return;
-    Roadmap& roadmap = state_.roadmap();
-    double shortest = roadmap.short_path(tool_.at(), goal).length;
-    std::optional<FreeSpace::Way> best;
-    NodeId best_out = kNoNode;
-    for (const std::uint32_t corner : corners) {
-        const Door out = door(corner);
-        if (out.node == kNoNode) continue;
-        const auto way = free_space_.way(*from, {roadmap.at(out.node), out.home});
-        if (!way) continue;
-        const double length = path_length(from->point, way->points) + roadmap.short_path(out.node, goal).length;
-        if (length >= shortest) continue;
-        shortest = length;
-        best = way;
-        best_out = out.node;
-    }
-    if (!best || !follow(*best)) return;
-    // The same place as the door's node, by another way.
-    roadmap.connect(tool_.at(), best_out);
-    tool_.arrive(best_out);
+std::optional<Growth::Step> Growth::approach(NodeId goal, const std::array<std::uint32_t, 3>& corners) {
+    const auto touched = grows_ ? pilot_.approach(goal, corners) : std::nullopt;
+    if (!touched) return std::nullopt;
+    inference_.check(touched->position, true, corners);
+    return take(*touched, corners);
 }
 
 // --- touching --------------------------------------------------------------------------------------------------------
 
 std::optional<Growth::Step> Growth::step() {
-    if (!grows_ || inference_.reach() < kUseful * options_.epsilon) return std::nullopt;
+    if (!grows_ || inference_.bound().reach < kUseful * options_.epsilon) return std::nullopt;
     const auto asked = front_.next(state_.roadmap().at(tool_.at()));
     if (!asked) return std::nullopt;
-    if (!go_to(asked->start, asked->home)) return Step{};
-    Roadmap& roadmap = state_.roadmap();
-    const NodeId start = tool_.at();
-    last_start_ = {start, asked->home};
-    const Tool::Answer answer = tool_.probe(asked->target);
-    const NodeId end = roadmap.add(start, answer.position);
-    tool_.arrive(end);
-    at_ = end;
-    home_ = asked->home;
-    last_contact_ = answer.contact ? end : kNoNode;
-    if (asked->audit) ++evidence_.audited;
-    if (!answer.contact) {
+    if (const auto touched = pilot_.go_to({asked->start, asked->home})) {
+        inference_.check_way(touched->position, asked->home);
+        return take(*touched, asked->beside);
+    }
+    auto contact = pilot_.probe(asked->target);
+    if (!contact && asked->under && !asked->certain) contact = pilot_.probe(*asked->under);
+    if (asked->audit) note_audit(*asked, contact);
+    if (!contact) {
+        const Point& free = asked->target;
         if (asked->certain) {
             const std::array<std::uint32_t, 1> lens{asked->interior_of};
-            inference_.check(answer.position, false, lens);
+            inference_.check(free, false, lens);
         }
         if (asked->along) {
-            if (const auto inferred = state_.inferred(asked->along->inwards)) withdraw(*inferred, answer.position);
+            if (const auto inferred = state_.inferred(asked->along->inwards)) withdraw(*inferred, free);
+            front_.note_missed(asked->along->corners);
         }
         return Step{};
     }
     const std::array<std::uint32_t, 5> lenses{asked->home, asked->interior_of, asked->beside[0], asked->beside[1], asked->beside[2]};
-    inference_.check(answer.position, true, lenses);
-    if (inference_.refutation()) return Step{};
-    const CellId near = state_.cell_at(asked->beside[0]);
-    const double distance = (state_.sample(state_.nearest_sample(answer.position, near)) - answer.position).norm();
+    inference_.check(contact->position, true, lenses);
+    if (asked->along) learn_crossing(*asked->along, *contact);
+    return take(*contact, asked->beside);
+}
+
+void Growth::note_audit(const FrontTouch& asked, const std::optional<Tool::Answer>& contact) {
+    ++evidence_.audited;
+    const auto inferred = state_.inferred(asked.along->inwards);
+    if (!inferred) return;
+    const Crossing& gap = state_.crossing(*inferred);
+    const auto height = [&](const Point& p) { return asked.along->up.dot(p - asked.along->line.origin); };
+    if (!contact || height(contact->position) > height(gap.near) || height(contact->position) < height(gap.far)) ++evidence_.audited_wrong;
+}
+
+Growth::Step Growth::take(const Tool::Answer& touched, const std::array<std::uint32_t, 3>& beside) {
+    const CellId near = state_.cell_at(beside[0]);
+    const double distance = (state_.sample(state_.nearest_sample(touched.position, near)) - touched.position).norm();
     if (criteria_.is_bad(distance)) {
-        doors_.resize(std::max<std::size_t>(doors_.size(), state_.sample_count() + 1));
-        doors_[state_.sample_count()] = {start, asked->home};
-        return Step{NewSample{answer.position, near, answer.touch}};
+        return Step{NewSample{touched.position, near, touched.touch}};
     }
-    learn(*asked, start, end, answer.touch);
+    inference_.note_touch(touched.position, state_.roadmap().at(tool_.contact().from) - touched.position, beside);
     return Step{};
 }
 
-// A touch too near to a sample to be one.
-void Growth::learn(const FrontTouch& asked, NodeId start, NodeId contact, std::uint32_t touch) {
+void Growth::learn_crossing(const FacetView& along, const Tool::Answer& touched) {
     Roadmap& roadmap = state_.roadmap();
-    const Point position = roadmap.at(contact);
-    const Vector outwards = roadmap.at(start) - position;
-    if (asked.along) {
-        const DirectedEdge e = asked.along->inwards;
-        const double height = asked.along->up.dot(position - asked.along->line.origin);
-        if (height >= asked.along->bottom && height <= asked.along->top) {
-            if (const auto inferred = state_.inferred(e)) state_.withdraw(*inferred);
-            if (state_.recorded_state(e) == EdgeState::unknown) {
-                // A probe from beyond the edge's exterior end passed it.
-                const bool beyond = asked.along->up.dot(roadmap.at(start) - asked.along->line.origin) > asked.along->top;
-                const NodeId from = beyond ? roadmap.split(start, contact, asked.along->at(asked.along->top)) : start;
-                state_.learn_contact(e, from, contact, touch, false);
-                front_.note_edges(e);
-            }
-        }
-    }
-    inference_.note_touch(position, outwards, asked.beside);
+    const DirectedEdge e = along.inwards;
+    const double height = along.up.dot(touched.position - along.line.origin);
+    if (height < along.bottom || height > along.top) return front_.note_missed(along.corners);
+    if (criteria_.is_bad((touched.position - state_.sample(along.corners[0])).norm())) return;
+    if (const auto inferred = state_.inferred(e)) state_.withdraw(*inferred);
+    if (state_.recorded_state(e) != EdgeState::unknown) return;
+    // A probe from beyond the edge's exterior end passed it.
+    const NodeId start = tool_.contact().from;
+    const bool beyond = along.up.dot(roadmap.at(start) - along.line.origin) > along.top;
+    const NodeId from = beyond ? roadmap.split(start, tool_.contact().at, along.at(along.top)) : start;
+    state_.learn_contact(e, from, tool_.contact().at, touched.touch, false);
+    front_.note_edges(e);
 }
 
 // --- refutation ------------------------------------------------------------------------------------------------------
 
 bool Growth::settle_refutation() {
-    if (!inference_.refutation()) return false;
-    const Refutation found = *inference_.refutation();
-    if (!evidence_.refuted || found.largest_reach < evidence_.largest) {
-        evidence_.refuted = true;
-        evidence_.largest = std::min(evidence_.largest, found.largest_reach);
-        evidence_.detail = found.evidence;
+    const std::vector<Refutation> found = inference_.take_refutations();
+    if (found.empty()) return false;
+    if (inference_.bound().is_local) {
+        for (const Refutation& refutation : found) {
+            for (const std::uint32_t sample : refutation.samples) {
+                // Local bounds never exceed the given one.
+                const double largest = refutation.share * inference_.reach(sample);
+                if (refutation.is_proof && options_.reach && largest < *options_.reach) note_evidence(refutation, largest);
+                lower(sample, std::min(refutation.share, kLowered));
+            }
+        }
+    } else {
+        lower_all(found.front());
     }
+    return true;
+}
+
+void Growth::note_evidence(const Refutation& refutation, double largest) {
+    if (evidence_.refuted && largest >= evidence_.largest) return;
+    evidence_.refuted = true;
+    evidence_.largest = largest;
+    evidence_.detail = refutation.evidence;
+}
+
+void Growth::lower(std::uint32_t sample, double share) {
+    inference_.lower(sample, share);
+    pilot_.forget(sample);
+    for (const CellId cell : state_.cells_around(sample)) {
+        for (int i = 0; i < 4; ++i) {
+            const auto inferred = state_.is_finite({cell, i}) ? state_.inferred({cell, i}) : std::nullopt;
+            if (!inferred) continue;
+            state_.withdraw(*inferred);
+            front_.reconsider(*inferred);
+        }
+    }
+}
+
+void Growth::lower_all(const Refutation& found) {
+    note_evidence(found, found.share * inference_.bound().reach);
     for (CellId cell = 0; cell < state_.cell_slots(); ++cell) {
         if (!state_.is_live(cell)) continue;
         for (int i = 0; i < 4; ++i) {
@@ -251,17 +195,15 @@ bool Growth::settle_refutation() {
             if (state_.recorded_state(e) == EdgeState::crossing && state_.crossing(e).inferred) state_.withdraw(e);
         }
     }
-    doors_.clear();
-    inference_.lower(std::min(found.largest_reach, kLowered * inference_.reach()));
-    at_ = kNoNode;
+    pilot_.forget_all();
+    inference_.lower(std::min(found.share, kLowered));
     front_.sweep();
-    return true;
 }
 
 ReachEvidence Growth::evidence() const {
     ReachEvidence evidence = evidence_;
-    evidence.used = inference_.reach();
-    evidence.inferred = inference_.inferred();
+    evidence.is_local = inference_.bound().is_local;
+    evidence.used = inference_.bound().reach;
     return evidence;
 }
 

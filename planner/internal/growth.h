@@ -8,9 +8,9 @@
 
 #include "planner/certificate.h"
 #include "planner/criteria.h"
-#include "planner/internal/free_space.h"
 #include "planner/internal/front.h"
 #include "planner/internal/inference.h"
+#include "planner/internal/pilot.h"
 #include "planner/internal/tool.h"
 #include "planner/options.h"
 #include "planner/prober.h"
@@ -19,7 +19,7 @@ namespace palpate {
 
 class Growth {
 public:
-    // REQUIRES: options.reach. All arguments must outlive it.
+    // REQUIRES: options.reach, unless the strategy infers adaptively. All arguments must outlive it.
     Growth(MaintainedDelaunay& state, Tool& tool, const Workspace& workspace, const Options& options, const Criteria& criteria,
            const Observer& observer);
 
@@ -36,8 +36,10 @@ public:
     std::optional<Step> step();
 
     // Infers what it can of an edge that is about to be probed. True if a crossing is known now.
-    bool infer(DirectedEdge e);
+    bool infer(DirectedEdge e) { return front_.infer(e); }
     void note_insertion(const MaintainedDelaunay::Insertion& insertion, const Touch& touch);
+    // Samples from that one on were inserted by seeding.
+    void note_seeds(std::size_t first);
     void note_crossing(DirectedEdge e) { front_.note_edges(e); }
     // Infers and notes everything afresh. Linear time.
     void sweep() { front_.sweep(); }
@@ -47,7 +49,7 @@ public:
     void withdraw(DirectedEdge e, const Point& free);
 
     // Brings the tool near a node of the roadmap that was reached from outside the lenses, if that way is shorter.
-    void approach(NodeId goal, const std::array<std::uint32_t, 3>& corners);
+    std::optional<Step> approach(NodeId goal, const std::array<std::uint32_t, 3>& corners);
 
     // If the bound was contradicted: lowers it and withdraws what rested on it. True if it was.
     bool settle_refutation();
@@ -55,21 +57,13 @@ public:
     [[nodiscard]] std::size_t open_count() const { return front_.open_count(); }
 
 private:
-    // A place of the roadmap in a lens.
-    struct Door {
-        NodeId node = kNoNode;
-        std::uint32_t home = kNone;
-    };
-    static constexpr std::uint32_t kNone = ~std::uint32_t{0};
-
-    // A place in the sample's lens, on the way of the probe that touched it; none if that way is too flat.
-    [[nodiscard]] Door door(std::uint32_t sample);
-    bool go_to(const Point& start, std::uint32_t home);
-    bool follow(const FreeSpace::Way& way);
-    // From a touch back on the way to it, into a lens: no way may lead through a place on S.
-    void lift();
-    [[nodiscard]] std::optional<HoverPlace> place() const;
-    void learn(const FrontTouch& asked, NodeId start, NodeId contact, std::uint32_t touch);
+    void note_audit(const FrontTouch& asked, const std::optional<Tool::Answer>& contact);
+    void note_evidence(const Refutation& refutation, double largest);
+    void lower(std::uint32_t sample, double share);
+    void lower_all(const Refutation& found);
+    void learn_crossing(const FacetView& along, const Tool::Answer& touched);
+    // A touch becomes a sample, or a witness if it is too near to one.
+    Step take(const Tool::Answer& touched, const std::array<std::uint32_t, 3>& beside);
 
     MaintainedDelaunay& state_;
     Tool& tool_;
@@ -77,13 +71,8 @@ private:
     const Criteria& criteria_;
     Inference inference_;
     Front front_;
-    FreeSpace free_space_;
+    Pilot pilot_;
     bool grows_;
-    std::vector<Door> doors_;        // by sample, as far as they were needed
-    NodeId at_ = kNoNode;            // where this left the tool, ...
-    std::uint32_t home_ = kNone;     // ... and the sample in whose lens that is
-    Door last_start_;                // of its last probe, ...
-    NodeId last_contact_ = kNoNode;  // ... and where that touched S, if it did
     ReachEvidence evidence_;
 };
 

@@ -14,6 +14,10 @@ constexpr std::size_t kPairs = 8;
 constexpr double kNear = 3.0;
 // The largest bound that evidence allows is found to one part in that.
 constexpr int kBisections = 30;
+// Of the radius of curvature that its neighbours show, a sample's local bound is at most that.
+constexpr double kCaution = 0.5;
+// A clearance that a touch contradicts becomes smaller than the touch allows.
+constexpr double kBlocked = 0.8;
 
 std::array<std::uint32_t, 3> in_order(std::array<std::uint32_t, 3> facet) {
     std::sort(facet.begin(), facet.end());
@@ -26,8 +30,9 @@ double FacetView::ball_radius() const { return std::hypot(line.circumradius, std
 
 // --- normals ---------------------------------------------------------------------------------------------------------
 
-void Inference::sort_neighbors(const Point& p, std::vector<std::uint32_t>& samples) const {
-    std::erase_if(samples, [&](std::uint32_t b) { return (state_.sample(b) - p).norm() > range(); });
+void Inference::sort_neighbors(const Apex& apex, std::vector<std::uint32_t>& samples) const {
+    const Point& p = apex.position;
+    std::erase_if(samples, [&](std::uint32_t b) { return (state_.sample(b) - p).norm() > range(apex); });
     std::sort(samples.begin(), samples.end(), [&](std::uint32_t b, std::uint32_t c) {
         const double db = (state_.sample(b) - p).squaredNorm();
         const double dc = (state_.sample(c) - p).squaredNorm();
@@ -35,27 +40,53 @@ void Inference::sort_neighbors(const Point& p, std::vector<std::uint32_t>& sampl
     });
 }
 
-bool Inference::find_cone(Apex& apex, std::span<const std::uint32_t> neighbors, double reach) const {
+bool Inference::find_cone(Apex& apex, std::span<const std::uint32_t> neighbors) const {
     apex.cone = {};
     const auto to = [&](std::uint32_t b) { return Vector(state_.sample(b) - apex.position); };
     const std::size_t n = std::min(neighbors.size(), kPairs);
     for (std::size_t j = 1; j < n && !apex.cone.is_known(); ++j) {
         for (std::size_t i = 0; i < j && !apex.cone.is_known(); ++i) {
-            apex.cone.begin(to(neighbors[i]), to(neighbors[j]), apex.outwards, reach, margin_);
+            apex.cone.begin(to(neighbors[i]), to(neighbors[j]), apex.outwards, apex.reach, margin_);
         }
     }
     if (!apex.cone.is_known()) return true;
-    return std::all_of(neighbors.begin(), neighbors.end(), [&](std::uint32_t b) { return apex.cone.narrow(to(b), reach, margin_); });
+    return std::all_of(neighbors.begin(), neighbors.end(), [&](std::uint32_t b) { return apex.cone.narrow(to(b), apex.reach, margin_); });
 }
 
 void Inference::begin(std::uint32_t sample) {
     Apex& apex = apexes_[sample];
+    if (apex.reach < bound_.least) return;
     state_.adjacent_samples(sample, neighbors_);
-    sort_neighbors(apex.position, neighbors_);
-    if (!find_cone(apex, neighbors_, reach_)) {
+    sort_neighbors(apex, neighbors_);
+    if (!find_cone(apex, neighbors_)) {
         refute(sample, apex.position, true);
         apex.cone = {};
     }
+    if (!apex.cone.is_known()) return;
+    apex.normal = apex.cone.axis();
+    if (!bound_.is_local) return;
+    double share = 1;
+    for (const std::uint32_t b : neighbors_) share = std::min(share, curvature_share(apex, state_.sample(b) - apex.position));
+    if (share < 1) note({{sample}, share, apex.position, {}, false});
+}
+
+double Inference::curvature_share(const Apex& apex, const Vector& to) const {
+    const double curvature = 2 * std::abs(to.dot(apex.normal)) / to.squaredNorm();
+    return curvature * apex.reach > kCaution ? kCaution / (curvature * apex.reach) : 1;
+}
+
+Lens Inference::clearance(std::uint32_t sample) const {
+    const Apex& apex = apexes_[sample];
+    if (!bound_.is_local) return lens(apex, Side::exterior);
+    return {apex.position, {&apex.normal, 1}, apex.clearance, margin_, Side::exterior};
+}
+
+// The tool touched S at x: that was not free.
+void Inference::block(std::uint32_t sample, const Point& x) {
+    Apex& apex = apexes_[sample];
+    const Vector v = x - apex.position;
+    const double height = v.dot(apex.normal);
+    if (height > 0) apex.clearance = std::min(apex.clearance, kBlocked * v.squaredNorm() / (2 * height));
 }
 
 void Inference::note_sample(std::uint32_t sample, const Vector& outwards) {
@@ -63,16 +94,23 @@ void Inference::note_sample(std::uint32_t sample, const Vector& outwards) {
     Apex& apex = apexes_[sample];
     apex.position = state_.sample(sample);
     apex.outwards = outwards;
-    begin(sample);
     state_.adjacent_samples(sample, ring_);
+    apex.reach = first_reach(sample);
+    apex.normal = outwards.normalized();
+    apex.clearance = bound_.clearance;
+    begin(sample);
     for (const std::uint32_t b : ring_) {
         if (b >= apexes_.size() || apexes_[b].outwards.isZero()) continue;
         Apex& other = apexes_[b];
         const Vector to = apex.position - other.position;
-        if (to.norm() > range()) continue;
+        if (to.norm() > range(other)) continue;
         if (!other.cone.is_known()) {
             begin(b);
-        } else if (!other.cone.narrow(to, reach_, margin_)) {
+        } else if (other.cone.narrow(to, other.reach, margin_)) {
+            other.normal = other.cone.axis();
+            const double share = bound_.is_local ? curvature_share(other, to) : 1;
+            if (share < 1) note({{b}, share, apex.position, {}, false});
+        } else {
             refute(b, apex.position, true);
             other.cone = {};
         }
@@ -84,30 +122,40 @@ void Inference::note_touch(const Point& touched, const Vector& outwards, std::sp
     for (const std::uint32_t b : beside) {
         const Vector to = touched - state_.sample(b);
         // Nearer than its own margin a touch says nothing on the normal.
-        if (!knows(b) || to.norm() < std::sqrt(margin_ * reach_) || apexes_[b].cone.narrow(to, reach_, margin_)) continue;
+        if (!knows(b) || to.norm() < std::sqrt(margin_ * reach(b)) || apexes_[b].cone.narrow(to, reach(b), margin_)) continue;
         refute(b, touched, true);
     }
-    Witness witness{{touched, outwards, {}}, {beside.begin(), beside.end()}};
-    sort_neighbors(touched, witness.beside);
-    if (!find_cone(witness.apex, witness.beside, reach_) || !witness.apex.cone.is_known()) return;
+    Witness witness{{touched, outwards, bound_.reach, {}}, {beside.begin(), beside.end()}};
+    sort_neighbors(witness.apex, witness.beside);
+    begin(witness);
+    if (!witness.apex.cone.is_known()) return;
     for (const std::uint32_t b : witness.beside) witnesses_of_[b].push_back(static_cast<std::uint32_t>(witnesses_.size()));
     witnesses_.push_back(std::move(witness));
+}
+
+void Inference::begin(Witness& witness) {
+    Apex& apex = witness.apex;
+    for (const std::uint32_t b : witness.beside) apex.reach = std::min(apex.reach, reach(b));
+    if (apex.reach < bound_.least || !find_cone(apex, witness.beside)) apex.cone = {};
 }
 
 // --- refutation ------------------------------------------------------------------------------------------------------
 
 void Inference::check(const Point& x, bool touched, std::span<const std::uint32_t> lenses) {
     for (const std::uint32_t sample : lenses) {
-        if (!knows(sample) || x == state_.sample(sample)) continue;
+        if (x == state_.sample(sample)) continue;
+        if (bound_.is_local && touched && has_clearance(sample) && clearance(sample).contains(x)) block(sample, x);
+        if (!knows(sample)) continue;
         if (!lens(sample, Side::interior).contains(x) && !(touched && lens(sample, Side::exterior).contains(x))) continue;
         refute(sample, x, touched);
     }
 }
 
+// The largest share of a bound that is allowed.
 template <typename Allows>
-double Inference::largest_reach(const Allows& allows) const {
+static double largest_share(const Allows& allows) {
     double good = 0;
-    double bad = reach_;
+    double bad = 1;
     for (int k = 0; k < kBisections; ++k) {
         const double middle = (good + bad) / 2;
         (allows(middle) ? good : bad) = middle;
@@ -115,71 +163,105 @@ double Inference::largest_reach(const Allows& allows) const {
     return bad;
 }
 
-void Inference::check_way(const Point& x, std::span<const std::uint32_t> lenses) {
+void Inference::note(Refutation refutation) {
+    if (!bound_.is_local) refutations_.clear();
+    refutations_.push_back(std::move(refutation));
+}
+
+void Inference::check_way(const Point& x, std::uint32_t home) {
+    const std::uint32_t nearest = state_.nearest_sample(x, state_.cell_at(home));
+    std::vector<std::uint32_t> lenses;
+    state_.adjacent_samples(nearest, lenses);
+    lenses.push_back(nearest);
+    const double clearance_before = apexes_[nearest].clearance;
     check(x, true, lenses);
-    if (refutation_) return;
+    if (bound_.is_local && apexes_[nearest].clearance == clearance_before) apexes_[nearest].clearance *= kBlocked;
+    if (bound_.is_local || is_refuted()) return;
     std::ostringstream text;
     text << "the touch at (" << x.transpose() << ") was met on a way that the bound makes free";
-    refutation_ = Refutation{reach_, x, text.str()};
+    note({{nearest}, 1, x, text.str()});
 }
 
 void Inference::refute(std::uint32_t sample, const Point& x, bool touched) {
     const Apex& apex = apexes_[sample];
     std::vector<std::uint32_t> neighbors;
     state_.adjacent_samples(sample, neighbors);
-    sort_neighbors(apex.position, neighbors);
-    const auto allows = [&](double reach) {
-        Apex trial{apex.position, apex.outwards, {}};
-        if (!find_cone(trial, neighbors, reach)) return false;
+    sort_neighbors(apex, neighbors);
+    const auto allows = [&](double share) {
+        Apex trial{apex.position, apex.outwards, share * apex.reach, {}};
+        if (!find_cone(trial, neighbors)) return false;
         if (!trial.cone.is_known() || x == apex.position) return true;
-        if (Lens{trial.position, trial.cone, reach, margin_, Side::interior}.contains(x)) return false;
-        return !touched || (!Lens{trial.position, trial.cone, reach, margin_, Side::exterior}.contains(x) &&
-                            trial.cone.narrow(x - trial.position, reach, margin_));
+        if (lens(trial, Side::interior).contains(x)) return false;
+        return !touched || (!lens(trial, Side::exterior).contains(x) && trial.cone.narrow(x - trial.position, trial.reach, margin_));
     };
-    const double largest = largest_reach(allows);
-    if (refutation_ && refutation_->largest_reach <= largest) return;
+    const double share = largest_share(allows);
+    if (!is_worse(share)) return;
     std::ostringstream text;
     text << (touched ? "the touch at (" : "the free place (") << x.transpose() << ") contradicts the normals that the samples around ("
          << apex.position.transpose() << ") allow";
-    refutation_ = Refutation{largest, x, text.str()};
+    note({{sample}, share, x, text.str()});
 }
 
 void Inference::refute(const FacetView& seen) {
     // The samples' own lenses may show it at a smaller bound, too; otherwise all that is known is that this bound is false.
-    const auto allows = [&](double reach) {
+    const auto allows = [&](double share) {
         std::optional<double> exterior;
         std::optional<double> interior;
         for (const auto& [sample, side] : {std::pair{seen.exterior_of, Side::exterior}, {seen.interior_of, Side::interior}}) {
-            Apex trial{apexes_[sample].position, apexes_[sample].outwards, {}};
+            const Apex& apex = apexes_[sample];
+            Apex trial{apex.position, apex.outwards, share * apex.reach, {}};
             state_.adjacent_samples(sample, neighbors_);
-            sort_neighbors(trial.position, neighbors_);
-            if (!find_cone(trial, neighbors_, reach)) return false;
+            sort_neighbors(trial, neighbors_);
+            if (!find_cone(trial, neighbors_)) return false;
             if (!trial.cone.is_known()) return true;
-            const auto inside = Lens{trial.position, trial.cone, reach, margin_, side}.clip(seen.line.origin, seen.up);
+            const auto inside = lens(trial, side).clip(seen.line.origin, seen.up);
             if (!inside) return true;
             if (side == Side::exterior) exterior = inside->low;
             if (side == Side::interior) interior = inside->high;
         }
         return *exterior > *interior;
     };
-    const double largest = largest_reach(allows);
-    if (refutation_ && refutation_->largest_reach <= largest) return;
+    const double share = largest_share(allows);
+    if (!is_worse(share)) return;
     std::ostringstream text;
     text << "the samples around (" << seen.line.origin.transpose() << ") would make a place there free and inside the object at once";
-    refutation_ = Refutation{largest, seen.line.origin, text.str()};
+    note({{seen.exterior_of, seen.interior_of}, share, seen.line.origin, text.str()});
 }
 
-void Inference::lower(double reach) {
-    reach_ = reach;
-    refutation_.reset();
+void Inference::lower(double share) {
+    bound_.reach *= share;
+    refutations_.clear();
     for (std::uint32_t sample = 0; sample < apexes_.size(); ++sample) {
         apexes_[sample].cone = {};
+        apexes_[sample].reach = bound_.reach;
         if (!apexes_[sample].outwards.isZero()) begin(sample);
     }
     const std::vector<Witness> witnesses = std::move(witnesses_);
     witnesses_.clear();
     witnesses_of_.clear();
     for (const Witness& w : witnesses) note_touch(w.apex.position, w.apex.outwards, w.beside);
+}
+
+void Inference::lower(std::uint32_t sample, double share) {
+    Apex& apex = apexes_[sample];
+    apex.reach *= share;
+    apex.cone = {};
+    if (!apex.outwards.isZero()) begin(sample);
+    const auto found = witnesses_of_.find(sample);
+    if (found == witnesses_of_.end()) return;
+    for (const std::uint32_t w : found->second) begin(witnesses_[w]);
+}
+
+// A ball that touches S at b at most as large as its bound touches it beside b, too, if it is smaller by the distance: what
+// was refuted beside a new sample is not believed there either.
+double Inference::first_reach(std::uint32_t sample) {
+    double reach = bound_.reach;
+    if (!bound_.is_local) return reach;
+    for (const std::uint32_t b : ring_) {
+        if (b < apexes_.size() && apexes_[b].reach > 0)
+            reach = std::min(reach, apexes_[b].reach + (state_.sample(b) - state_.sample(sample)).norm());
+    }
+    return reach;
 }
 
 // --- crossings -------------------------------------------------------------------------------------------------------
@@ -191,7 +273,7 @@ std::optional<FacetView> Inference::view(DirectedEdge e) const {
     result.corners = state_.facet_samples(e);
     Vector normal = Vector::Zero();
     for (const std::uint32_t v : result.corners) {
-        if (knows(v)) normal += apexes_[v].cone.axis();
+        if (has_clearance(v)) normal += apexes_[v].normal;
     }
     if (normal.isZero()) return std::nullopt;
     result.line = along->line;
@@ -203,9 +285,9 @@ std::optional<FacetView> Inference::view(DirectedEdge e) const {
     result.top = std::max(start, end);
     result.bottom = std::min(start, end);
 
-    // One sheet of S only: two are 2 r apart.
-    const double window = reach_ / 2;
     const auto look = [&](const Apex& apex, std::uint32_t of) {
+        // One sheet of S only: two are 2 r apart.
+        const double window = apex.reach / 2;
         const auto outside = lens(apex, Side::exterior).clip(result.line.origin, result.up);
         if (outside && outside->low < window && outside->high > -window && (!result.exterior || outside->low < *result.exterior)) {
             result.exterior = outside->low;
@@ -222,7 +304,9 @@ std::optional<FacetView> Inference::view(DirectedEdge e) const {
         if (witnesses_.empty()) return;
         const auto found = witnesses_of_.find(sample);
         if (found == witnesses_of_.end()) return;
-        for (const std::uint32_t w : found->second) look(witnesses_[w].apex, sample);
+        for (const std::uint32_t w : found->second) {
+            if (witnesses_[w].apex.cone.is_known()) look(witnesses_[w].apex, sample);
+        }
     };
     for (const std::uint32_t v : result.corners) look_from(v);
     const DirectedEdge back = state_.opposite(e);
@@ -240,12 +324,14 @@ void Inference::distrust(DirectedEdge e) {
 std::optional<DirectedEdge> Inference::infer(DirectedEdge e, double max_ball_radius) {
     if (state_.crossed(e)) return std::nullopt;
     const std::optional<FacetView> seen = view(e);
-    if (seen && seen->is_contradictory()) refute(*seen);
+    if (seen && seen->is_contradictory()) {
+        refute(*seen);
+        return std::nullopt;
+    }
     if (!seen || !seen->is_crossed() || seen->ball_radius() > max_ball_radius) return std::nullopt;
     if (state_.recorded_state(seen->inwards) != EdgeState::unknown) return std::nullopt;
     if (!distrusted_.empty() && distrusted_.contains(in_order(seen->corners))) return std::nullopt;
     state_.learn_inferred(seen->inwards, seen->at(*seen->exterior), seen->at(*seen->interior));
-    ++inferred_;
     if (watcher_) watcher_(seen->at(*seen->exterior), seen->at(*seen->interior));
     return seen->inwards;
 }

@@ -11,6 +11,7 @@
 #include <span>
 #include <string>
 #include <unordered_map>
+#include <utility>
 #include <vector>
 
 #include "planner/internal/lens.h"
@@ -43,21 +44,32 @@ struct FacetView {
     [[nodiscard]] double ball_radius() const;
 };
 
+// What the bound is that everything here rests on.
+struct ReachBound {
+    double reach = 0.0;      // mm: rch(S) is at least that; or, if the bound is local, what every sample begins with
+    bool is_local = false;   // every sample has a bound of its own: balls of that radius that touch S there miss S
+    double least = 0.0;      // mm: a local bound below that is of no use
+    double clearance = 0.0;  // mm: of the balls beside samples that guarded motion takes to be free, if the bound is local
+};
+
 // What refutes a bound on the reach.
 struct Refutation {
-    double largest_reach = 0.0;  // mm: the evidence allows no larger bound
+    std::vector<std::uint32_t> samples;  // whose bounds contradict each other, or what was found
+    double share = 0.0;                  // of those bounds: the evidence allows no more
     Point where = Point::Zero();
     std::string evidence;
+    bool is_proof = true;  // not caution: no bound above that share can hold
 };
 
 class Inference {
 public:
-    // `reach` (mm): rch(S) is at least that, says the user. `range` (mm): samples farther apart are not asked about each other's
-    // normals. `margin` (mm): touched points may be wrong by that.
-    Inference(MaintainedDelaunay& state, double reach, double range, double margin)
-        : state_(state), reach_(reach), range_(range), margin_(margin) {}
+    // `range` (mm): samples farther apart are not asked about each other's normals. `margin` (mm): touched points may be
+    // wrong by that.
+    Inference(MaintainedDelaunay& state, const ReachBound& bound, double range, double margin)
+        : state_(state), bound_(bound), range_(range), margin_(margin) {}
 
-    [[nodiscard]] double reach() const { return reach_; }
+    [[nodiscard]] const ReachBound& bound() const { return bound_; }
+    [[nodiscard]] double reach(std::uint32_t sample) const { return apexes_[sample].reach; }
 
     // --- learning ---------------------------------------------------------------------------------------------------
     // A sample was inserted; `outwards` points to where the probe that touched it came from.
@@ -66,19 +78,29 @@ public:
     void note_touch(const Point& touched, const Vector& outwards, std::span<const std::uint32_t> beside);
     // The tool was at x, so x is free, or (`touched`) on S: tested against the lenses of those samples.
     void check(const Point& x, bool touched, std::span<const std::uint32_t> lenses);
-    // The tool touched S at x on a way through those lenses: some lens is false.
-    void check_way(const Point& x, std::span<const std::uint32_t> lenses);
-    // The first contradiction since the bound was lowered last.
-    [[nodiscard]] const std::optional<Refutation>& refutation() const { return refutation_; }
+    // The tool touched S at x on a way to that sample's lens: some lens is false.
+    void check_way(const Point& x, std::uint32_t home);
+    // The contradictions since they were taken last; of a bound for all samples, the worst.
+    [[nodiscard]] bool is_refuted() const { return !refutations_.empty(); }
+    [[nodiscard]] std::vector<Refutation> take_refutations() { return std::exchange(refutations_, {}); }
     // Starts over with a smaller bound, from the same touches.
-    void lower(double reach);
+    void lower(double share);
+    // The same for the bound of one sample.
+    void lower(std::uint32_t sample, double share);
 
     // --- knowledge --------------------------------------------------------------------------------------------------
     // Whether the sample has lenses: its normal is known well enough.
     [[nodiscard]] bool knows(std::uint32_t sample) const { return sample < apexes_.size() && apexes_[sample].cone.is_known(); }
     // REQUIRES: knows(sample).
-    [[nodiscard]] Vector normal(std::uint32_t sample) const { return apexes_[sample].cone.axis(); }
     [[nodiscard]] Lens lens(std::uint32_t sample, Side side) const { return lens(apexes_[sample], side); }
+    // Whether guarded motion may take space beside the sample to be free ...
+    [[nodiscard]] bool has_clearance(std::uint32_t sample) const {
+        return bound_.is_local ? sample < apexes_.size() && apexes_[sample].clearance > 0 : knows(sample);
+    }
+    // ... and which: the exterior lens, or with local bounds what no touch has contradicted. REQUIRES: has_clearance(sample).
+    [[nodiscard]] Lens clearance(std::uint32_t sample) const;
+    // In the middle of the normals that the sample may have, as far as they are known. REQUIRES: has_clearance(sample).
+    [[nodiscard]] const Vector& normal(std::uint32_t sample) const { return apexes_[sample].normal; }
 
     // The edge as the lenses around it show it; nothing if it lies outside ω, or no lens is near.
     [[nodiscard]] std::optional<FacetView> view(DirectedEdge e) const;
@@ -86,7 +108,6 @@ public:
     std::optional<DirectedEdge> infer(DirectedEdge e, double max_ball_radius);
     // Takes an inferred crossing back and never infers that facet again: only a touch can say.
     void distrust(DirectedEdge e);
-    [[nodiscard]] std::uint64_t inferred() const { return inferred_; }
     // Is told of everything that infer() learns: both ends of the gap.
     void watch(std::function<void(const Point& near, const Point& far)> watcher) { watcher_ = std::move(watcher); }
 
@@ -94,37 +115,44 @@ private:
     struct Apex {
         Point position = Point::Zero();
         Vector outwards = Vector::Zero();  // zero: not noted yet
+        double reach = 0.0;
         NormalCone cone;
+        Vector normal = Vector::Zero();
+        double clearance = 0.0;
     };
     struct Witness {
         Apex apex;
         std::vector<std::uint32_t> beside;
     };
 
-    [[nodiscard]] Lens lens(const Apex& apex, Side side) const { return {apex.position, apex.cone, reach_, margin_, side}; }
+    [[nodiscard]] Lens lens(const Apex& apex, Side side) const { return {apex.position, apex.cone.extremes(), apex.reach, margin_, side}; }
     // Beyond 2 r a slab holds all normals; a little less far it is not worth the work.
-    [[nodiscard]] double range() const { return std::min(range_, reach_); }
-    // The samples that can say something on the normal at p, of those: near first.
-    void sort_neighbors(const Point& p, std::vector<std::uint32_t>& samples) const;
+    [[nodiscard]] double range(const Apex& apex) const { return std::min(range_, apex.reach); }
+    // The samples that can say something on the normal at the apex, of those: near first.
+    void sort_neighbors(const Apex& apex, std::vector<std::uint32_t>& samples) const;
     // The cone that those samples leave at the apex. False if they leave none: no such bound can hold.
-    [[nodiscard]] bool find_cone(Apex& apex, std::span<const std::uint32_t> neighbors, double reach) const;
+    [[nodiscard]] bool find_cone(Apex& apex, std::span<const std::uint32_t> neighbors) const;
     void begin(std::uint32_t sample);
-    template <typename Allows>
-    [[nodiscard]] double largest_reach(const Allows& allows) const;
+    void begin(Witness& witness);
+    [[nodiscard]] bool is_worse(double share) const { return bound_.is_local || refutations_.empty() || share < refutations_[0].share; }
+    void note(Refutation refutation);
+    [[nodiscard]] double first_reach(std::uint32_t sample);
+    // Local bounds follow the curvature that samples around show.
+    [[nodiscard]] double curvature_share(const Apex& apex, const Vector& to) const;
+    void block(std::uint32_t sample, const Point& x);
     void refute(const FacetView& seen);
     // x, free or on S, contradicts what the sample's neighbours leave of its normal.
     void refute(std::uint32_t sample, const Point& x, bool touched);
 
     MaintainedDelaunay& state_;
-    double reach_;
+    ReachBound bound_;
     const double range_;
     const double margin_;
     std::vector<Apex> apexes_;  // by sample
     std::vector<Witness> witnesses_;
     std::unordered_map<std::uint32_t, std::vector<std::uint32_t>> witnesses_of_;  // by sample
-    std::optional<Refutation> refutation_;
+    std::vector<Refutation> refutations_;
     std::set<std::array<std::uint32_t, 3>> distrusted_;  // facets, each with its samples in order
-    std::uint64_t inferred_ = 0;
     std::function<void(const Point&, const Point&)> watcher_;
     std::vector<std::uint32_t> neighbors_;  // scratch
     std::vector<std::uint32_t> ring_;       // scratch

@@ -10,7 +10,7 @@ bool Lens::contains(const Point& x) const {
     const Vector v = x - apex;
     const double height = v.squaredNorm() / (2 * reach) + margin;
     const auto sign = static_cast<double>(side);
-    return std::all_of(cone.extremes().begin(), cone.extremes().end(), [&](const Vector& n) { return sign * v.dot(n) > height; });
+    return std::all_of(normals.begin(), normals.end(), [&](const Vector& n) { return sign * v.dot(n) > height; });
 }
 
 std::optional<Interval> Lens::clip(const Point& origin, const Vector& direction) const {
@@ -19,7 +19,7 @@ std::optional<Interval> Lens::clip(const Point& origin, const Vector& direction)
     Interval inside{-std::numeric_limits<double>::infinity(), std::numeric_limits<double>::infinity()};
     const double v_along = v.dot(direction);
     const double v_squared = v.squaredNorm() + 2 * reach * margin;
-    for (const Vector& n : cone.extremes()) {
+    for (const Vector& n : normals) {
         // t² + 2 half_b t + c < 0
         const double half_b = v_along - sign * reach * direction.dot(n);
         const double c = v_squared - sign * 2 * reach * v.dot(n);

@@ -10,9 +10,9 @@
 #pragma once
 
 #include <optional>
+#include <span>
 
 #include "planner/geometry.h"
-#include "planner/internal/normal_cone.h"
 #include "planner/workspace.h"
 
 namespace palpate {
@@ -20,10 +20,10 @@ namespace palpate {
 enum class Side : std::int8_t { exterior = 1, interior = -1 };
 
 struct Lens {
-    const Point& apex;       // a
-    const NormalCone& cone;  // known
-    double reach = 0.0;      // r, mm
-    double margin = 0.0;     // mm: points of the lens are at least so deep in every ball
+    const Point& apex;                // a
+    std::span<const Vector> normals;  // the extremes of a cone that is known
+    double reach = 0.0;               // r, mm
+    double margin = 0.0;              // mm: points of the lens are at least so deep in every ball
     Side side = Side::exterior;
 
     [[nodiscard]] bool contains(const Point& x) const;

@@ -168,6 +168,7 @@ public:
     // The tool came along the edge's whole line from outside ω (node `entry`), past the edge's start, to `contact`.
     void learn_contact_from_outside(DirectedEdge e, const EdgeSpan& along, NodeId entry, NodeId contact, std::uint32_t touch);
 
+    [[nodiscard]] const Workspace& workspace() const { return workspace_; }
     [[nodiscard]] Roadmap& roadmap() { return roadmap_; }
     [[nodiscard]] const Roadmap& roadmap() const { return roadmap_; }
 

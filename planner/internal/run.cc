@@ -43,7 +43,7 @@ void Run::execute() {
     for (const SeedFacet& seed : seeds) faceted_.insert(seed.samples[0]);
     // Seeds are exempt from the spacing; there are few of them.
     max_samples_ = state_.sample_count() + packing_bound(workspace_, criteria_.spacing(true));
-    if (options_.strategy.infer == Strategy::Infer::reach && options_.reach)
+    if (options_.strategy.infer == Strategy::Infer::adaptive || (options_.strategy.infer == Strategy::Infer::reach && options_.reach))
         growth_.emplace(state_, tool_, workspace_, options_, criteria_, observer_);
     exploration_.sweep();
     while (true) {
@@ -66,7 +66,12 @@ void Run::probe(DirectedEdge e) {
     if (!along) throw std::logic_error("Run: an edge outside the workspace is to be probed");
     if (growth_ && growth_->infer(e)) return exploration_.note_crossing(*state_.crossed(e));
     const NodeId start = state_.probe_start(e, *along);
-    if (growth_) growth_->approach(start, state_.facet_samples(e));
+    if (growth_) {
+        if (const auto met = growth_->approach(start, state_.facet_samples(e))) {
+            if (met->sample) add_sample(met->sample->position, met->sample->near, met->sample->touch, Touch::Role::refinement);
+            return;
+        }
+    }
     tool_.go_to(start);
     const Tool::Answer answer = tool_.probe(state_.probe_target(e, *along));
     if (answer.contact) {
@@ -156,16 +161,26 @@ std::vector<std::uint32_t> Run::unrepresented(const RestrictedSurface& surface) 
 
 bool Run::explore_unrepresented() {
     const std::vector<std::uint32_t> samples = unrepresented(extract_surface(state_));
+    // A component that seeding touched and no facet reached: with a facet of its own it grows.
+    if (growth_ && facet_unrepresented(samples, true)) return true;
     for (const std::uint32_t sample : samples) exploration_.note_surroundings(sample);
     if (exploration_.next()) return true;
     // Around a first touch nothing need be free yet but the way to it: it may need a facet of its own. So may a touch of
     // another component.
+    return facet_unrepresented(samples, false);
+}
+
+bool Run::facet_unrepresented(const std::vector<std::uint32_t>& samples, bool seeds_only) {
     const std::vector<Touch> touches = tool_.touches();  // a copy: more come
     for (const Touch& touch : touches) {
         if (!touch.sample || !std::binary_search(samples.begin(), samples.end(), *touch.sample)) continue;
+        if (seeds_only && touch.role != Touch::Role::seed) continue;
         if (!faceted_.insert(*touch.sample).second) continue;
         const Vector approach = (touch.position - touch.from).normalized();
-        if (!touch_seed_facet(workspace_, options_, state_, tool_, *touch.sample, approach)) continue;
+        const std::size_t known = state_.sample_count();
+        const bool made = touch_seed_facet(workspace_, options_, state_, tool_, *touch.sample, approach).has_value();
+        if (growth_) growth_->note_seeds(known);
+        if (!made) continue;
         exploration_.sweep();
         return true;
     }
@@ -258,6 +273,7 @@ void Run::report() {
 
 Result Run::result() {
     Result result;
+    result.account = tool_.account();
     RestrictedSurface surface = extract_surface(state_);
     result.topology = analyse_topology(surface.mesh);
     for (const double radius : surface.ball_radii) result.max_ball_radius = std::max(result.max_ball_radius, radius);
@@ -267,11 +283,13 @@ Result Run::result() {
     evidence.unrepresented_touches = unrepresented(surface).size();
     evidence.open_edges = exploration_.open_count();
     evidence.seeds_given = !options_.seed_rays.empty();
-    if (growth_) evidence.reach = growth_->evidence();
+    for (const DirectedEdge e : surface.dual_edges) result.account.inferred_contact += state_.inferred(e) ? 1 : 0;
+    if (growth_) {
+        evidence.reach = growth_->evidence();
+        evidence.reach->inferred = result.account.inferred_contact;
+    }
     result.certificate = certify(options_, result.topology, evidence);
     if (result.certificate.status == Certificate::Status::incomplete) result.bad_places = bad_places(surface, result.topology);
-    result.account = tool_.account();
-    if (evidence.reach) result.account.inferred_contact = evidence.reach->inferred;
     result.touches = tool_.touches();
     result.samples = state_.sample_count();
     result.lower_bound_samples = lower_bound_samples(surface_area(surface.mesh), options_.epsilon);

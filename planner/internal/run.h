@@ -37,6 +37,8 @@ private:
     bool insert_worst();
     // Explores around samples that no facet of Ŝ uses: a component that was only touched, or a seed whose facet failed.
     bool explore_unrepresented();
+    // Touches a facet at the first of those samples that allows it. False if none does.
+    bool facet_unrepresented(const std::vector<std::uint32_t>& samples, bool seeds_only);
     // DESIGN section 4: refines the largest ball at every defect of Ŝ. False if there is none to refine.
     bool repair_defects();
     // The facets of Ŝ at the Delaunay neighbours of a sample.

@@ -49,20 +49,33 @@ Tool::Answer Tool::probe(const Point& target, Touch::Role role) {
 
 Tool::Answer Tool::note_touch(NodeId start, const Point& touched, Touch::Role role) {
     ++account_.contact;
+    touches_now_ = true;
     touches_.push_back({touched, roadmap_.at(start), role, std::nullopt});
     touch_starts_.push_back(start);
     return {true, touched, static_cast<std::uint32_t>(touches_.size() - 1)};
 }
 
-std::optional<Tool::Answer> Tool::move_through(std::span<const Point> path) {
-    for (const Point& target : path) {
-        const NodeId start = at_;
-        const ProbeAnswer answer = oracle_.probe(target);
-        account_.travel += (answer.position - roadmap_.at(start)).norm();
-        arrive(roadmap_.add(start, answer.position));
-        if (answer.outcome == ProbeAnswer::Outcome::contact) return note_touch(start, answer.position, Touch::Role::crossing);
-    }
-    return std::nullopt;
+void Tool::arrive(NodeId node) {
+    if (touches_now_) contact_ = {node, touch_starts_.back()};
+    touches_now_ = false;
+    at_ = node;
+}
+
+void Tool::lift(const Point& to) {
+    assert(at_ == contact_.at);
+    oracle_.travel({&to, 1});
+    account_.travel += (to - roadmap_.at(at_)).norm();
+    at_ = roadmap_.add(contact_.from, to);
+}
+
+std::optional<Tool::Answer> Tool::move_to(const Point& target) {
+    const NodeId start = at_;
+    const ProbeAnswer answer = oracle_.probe(target);
+    account_.travel += (answer.position - roadmap_.at(start)).norm();
+    std::optional<Answer> touched;
+    if (answer.outcome == ProbeAnswer::Outcome::contact) touched = note_touch(start, answer.position, Touch::Role::crossing);
+    arrive(roadmap_.add(start, answer.position));
+    return touched;
 }
 
 void Tool::assign(std::uint32_t touch, Touch::Role role, std::uint32_t sample) {

@@ -28,10 +28,18 @@ public:
     };
     // Probes straight from the node where the tool is. The caller makes the node where it is then, and says so: arrive().
     Answer probe(const Point& target, Touch::Role role = Touch::Role::crossing);
-    void arrive(NodeId node) { at_ = node; }
-    // Moves along straight segments that are free if a bound on the reach holds; they become part of the roadmap. Stops
-    // and answers if S is met: then the bound does not hold.
-    std::optional<Answer> move_through(std::span<const Point> path);
+    void arrive(NodeId node);
+    // The last contact: where it was, and where the tool came from, straight.
+    struct Contact {
+        NodeId at = kNoNode;
+        NodeId from = kNoNode;
+    };
+    [[nodiscard]] const Contact& contact() const { return contact_; }
+    // Back from that contact, where the tool is, to a point of the straight way to it. The contact stays a dead end of
+    // the roadmap: no way leads through a place on S.
+    void lift(const Point& to);
+    // Moves, guarded, on a straight way that should be free, and makes it part of the roadmap. Stops and answers if S is met.
+    std::optional<Answer> move_to(const Point& target);
 
     [[nodiscard]] NodeId at() const { return at_; }
     [[nodiscard]] const Account& account() const { return account_; }
@@ -48,6 +56,8 @@ private:
     SurfaceOracle& oracle_;
     Roadmap& roadmap_;
     NodeId at_ = kNoNode;
+    Contact contact_;
+    bool touches_now_ = false;  // and has not arrived at a node yet
     Account account_;
     std::vector<Touch> touches_;
     std::vector<NodeId> touch_starts_;   // by touch

@@ -82,6 +82,7 @@ TEST_F(Reader, ReadsEveryKeyOfASession) {
 
 TEST_F(Reader, ReadsWordsForStrategies) {
     EXPECT_EQ(read("probing: {epsilon: 1, strategy: thesis}").probing.strategy, Strategy::thesis());
+    EXPECT_EQ(read("probing: {epsilon: 1, strategy: adaptive}").probing.strategy, Strategy::adaptive());
     EXPECT_EQ(read("probing: {epsilon: 1, strategy: default}").probing.strategy, Strategy{});
 }
 
@@ -221,7 +222,7 @@ TEST_F(Reader, RefusesOtherTypes) {
     EXPECT_EQ(complaint(kProbing + "workspace: Auto"), "s.yaml:2: workspace: Auto is not one of the words; allowed: auto, or a mapping");
     EXPECT_EQ(complaint(kProbing + "workspace:"), "s.yaml:2: workspace: null is not one of the words; allowed: auto, or a mapping");
     EXPECT_EQ(complaint("probing: {epsilon: 1, strategy: fast}"),
-              "s.yaml:1: probing.strategy: fast is not one of the words; allowed: default, thesis, or a mapping");
+              "s.yaml:1: probing.strategy: fast is not one of the words; allowed: default, thesis, adaptive, or a mapping");
     EXPECT_EQ(complaint("probing: {epsilon: 1, strategy: {explore: all}}"),
               "s.yaml:1: probing.strategy.explore: all is not one of the words; allowed: exhaustive, closure");
     EXPECT_EQ(complaint("probing: {epsilon: 1, seed_rays: {}}"),

@@ -22,8 +22,9 @@ TEST(StrategyNames, EveryCombinationReadsBackFromItsOwnName) {
             }
         }
     }
-    EXPECT_EQ(names.size(), 16U);
+    EXPECT_EQ(names.size(), 24U);
     EXPECT_TRUE(names.contains("thesis"));
+    EXPECT_TRUE(names.contains("adaptive"));
     EXPECT_TRUE(names.contains("default"));
     EXPECT_TRUE(names.contains("eager+closure+none+voronoi"));
 }
@@ -35,6 +36,7 @@ TEST(StrategyNames, WordsFollowTheEnumerators) {
     EXPECT_EQ(to_word(Strategy::Explore::closure), "closure");
     EXPECT_EQ(to_word(Strategy::Infer::none), "none");
     EXPECT_EQ(to_word(Strategy::Infer::reach), "reach");
+    EXPECT_EQ(to_word(Strategy::Infer::adaptive), "adaptive");
     EXPECT_EQ(to_word(Strategy::Travel::voronoi), "voronoi");
     EXPECT_EQ(to_word(Strategy::Travel::free_space), "free_space");
 }
@@ -59,8 +61,8 @@ TEST(StrategyNames, RefusesEverythingElseAndListsWhatIsAllowed) {
         } catch (const std::invalid_argument& error) {
             EXPECT_EQ(std::string(error.what()),
                       "unknown strategy '" + std::string(name) +
-                          "'; allowed: thesis, default, or refine+explore[+infer[+travel]] with refine exhaustive|eager, "
-                          "explore exhaustive|closure, infer none|reach, travel voronoi|free_space");
+                          "'; allowed: default, thesis, adaptive, or refine+explore[+infer[+travel]] with refine exhaustive|eager, "
+                          "explore exhaustive|closure, infer none|reach|adaptive, travel voronoi|free_space");
         }
     }
 }

@@ -65,5 +65,37 @@ TEST(TrueBound, IsNeverRefuted) {
     }
 }
 
+TEST(Adaptive, CostsLittleWhereNobodyKnowsTheReach) {
+    const FinishedRun run(subject("bunny"), 0.236, Strategy::adaptive());
+    const Result& r = run.result();
+    expect_right_result(run);
+    EXPECT_LE(static_cast<double>(r.account.probes()) / static_cast<double>(r.samples), 3);
+    EXPECT_LE(r.account.displacement() / r.lower_bound_displacement, 15);
+    EXPECT_LE(static_cast<double>(r.samples) / r.lower_bound_samples, 1.6);
+    // A heuristic, and it says so: some of it is wrong, little.
+    EXPECT_EQ(r.certificate.status, Certificate::Status::conditional);
+    EXPECT_EQ(r.certificate.premises.at(3).state, Premise::State::missing);
+    EXPECT_EQ(r.certificate.premises.back().state, Premise::State::missing);
+    EXPECT_NE(r.certificate.statement.find("heuristic"), std::string::npos) << r.certificate.statement;
+    EXPECT_LE(static_cast<double>(run.wrong_inferences()), 0.01 * static_cast<double>(run.inferences()));
+    EXPECT_GT(r.account.inferred_contact, r.topology.facets / 10);
+}
+
+TEST(Adaptive, EndsRightOnCreasesAndAtAnyEpsilon) {
+    for (const double epsilon : {0.15, 0.3, 0.47}) {
+        SCOPED_TRACE(epsilon);
+        const FinishedRun run(subject("bunny"), epsilon, Strategy::adaptive());
+        expect_right_result(run);
+        expect_sparse(run);
+    }
+}
+
+TEST(Adaptive, RestsOnAGivenBoundAndNeverExceedsIt) {
+    const FinishedRun run(subject("torus"), 0.05, Strategy::adaptive(), {}, 0.4);
+    expect_right_result(run);
+    EXPECT_EQ(run.result().certificate.status, Certificate::Status::certified);
+    EXPECT_EQ(run.wrong_inferences(), 0U);
+}
+
 }  // namespace
 }  // namespace palpate

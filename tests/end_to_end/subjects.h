@@ -31,7 +31,7 @@ const Subject& subject(const std::string& name);
 // A finished run with everything that it ran on.
 class FinishedRun {
 public:
-    // `reach` (mm): the bound that the planner is told, in place of the true one.
+    // `reach` (mm): the bound that the planner is told, in place of the true one; an adaptive strategy is told none.
     FinishedRun(const Subject& subject, double epsilon, const Strategy& strategy, const Observer& observer = {},
                 std::optional<double> reach = std::nullopt);
     ~FinishedRun();
@@ -41,7 +41,8 @@ public:
     const MaintainedDelaunay& state() const;
     const Options& options() const { return options_; }
     const Result& result() const { return result_; }
-    // Crossings that were inferred where S has none.
+    // Crossings that were inferred, and those of them where S has none.
+    std::size_t inferences() const { return inferences_; }
     std::size_t wrong_inferences() const { return wrong_inferences_; }
 
 private:
@@ -54,6 +55,7 @@ private:
     std::unique_ptr<SurfaceOracle> oracle_;
     std::unique_ptr<Run> run_;
     Result result_;
+    std::size_t inferences_ = 0;
     std::size_t wrong_inferences_ = 0;
 };
 
@@ -66,7 +68,7 @@ void expect_sparse(const FinishedRun& run);
 void expect_true_records(const FinishedRun& run);
 
 std::string strategy_name(const Strategy& strategy);
-// The four combinations of refine and explore without inference, and the default.
+// The four combinations of refine and explore without inference, the default, and adaptive.
 std::vector<Strategy> all_strategies();
 
 }  // namespace palpate

@@ -151,8 +151,8 @@ TEST(Lens, IsFreeOutsideAndSolidInside) {
         const Neighborhood around = random_neighborhood(random, torus, random.uniform(0.01, 0.15), 7);
         const auto cone = cone_of(around, around.apex.normal, torus.minor);
         if (!cone) continue;
-        const Lens outside{around.apex.point, *cone, torus.minor, kMargin, Side::exterior};
-        const Lens inside{around.apex.point, *cone, torus.minor, kMargin, Side::interior};
+        const Lens outside{around.apex.point, cone->extremes(), torus.minor, kMargin, Side::exterior};
+        const Lens inside{around.apex.point, cone->extremes(), torus.minor, kMargin, Side::interior};
         for (int k = 0; k < 100; ++k) {
             const Point x = around.apex.point + random.uniform(0, 2 * torus.minor) * random.direction();
             if (outside.contains(x)) {
@@ -177,7 +177,7 @@ TEST(Lens, ClipsALineWhereItContainsItsPoints) {
         const Neighborhood around = random_neighborhood(random, torus, 0.05, 7);
         const auto cone = cone_of(around, around.apex.normal, torus.minor);
         if (!cone) continue;
-        const Lens lens{around.apex.point, *cone, torus.minor, kMargin, random.chance(0.5) ? Side::exterior : Side::interior};
+        const Lens lens{around.apex.point, cone->extremes(), torus.minor, kMargin, random.chance(0.5) ? Side::exterior : Side::interior};
         const Point origin = around.apex.point + 0.3 * random.direction();
         const Vector direction = random.direction();
         const auto clipped = lens.clip(origin, direction);

@@ -1,0 +1,189 @@
+#include "planner/internal/pilot.h"
+
+#include <algorithm>
+
+namespace palpate {
+namespace {
+
+// Of ε: how far the tool lifts off a touch before it goes elsewhere.
+constexpr double kLift = 0.05;
+// A way over the roadmap that is longer than the straight one by that factor is not worth its length, ...
+constexpr double kDetour = 4.0;
+// ... if the straight one is not longer than that many ε: a longer one leads through S more often than not.
+constexpr double kNear = 6.0;
+// After so many touches on the way to one place the tool goes round, however long that is.
+constexpr int kMaxContacts = 6;
+// What is in the way is passed higher every time, by this part of the way's length.
+constexpr double kOver = 0.5;
+
+std::array<double, 3> key(const Point& p) { return {p.x(), p.y(), p.z()}; }
+
+}  // namespace
+
+// --- places ----------------------------------------------------------------------------------------------------------
+
+std::optional<std::uint32_t> Pilot::home_of(const Point& p) {
+    const auto is_home = [&](std::uint32_t sample) { return inference_.has_clearance(sample) && inference_.clearance(sample).contains(p); };
+    if (is_home(near_)) return near_;
+    near_ = state_.nearest_sample(p, state_.cell_at(near_));
+    if (is_home(near_)) return near_;
+    std::vector<std::uint32_t> around;
+    state_.adjacent_samples(near_, around);
+    const auto nearer = [&](std::uint32_t b, std::uint32_t c) {
+        const double db = (state_.sample(b) - p).squaredNorm();
+        const double dc = (state_.sample(c) - p).squaredNorm();
+        return db != dc ? db < dc : b < c;
+    };
+    std::sort(around.begin(), around.end(), nearer);
+    const auto home = std::find_if(around.begin(), around.end(), is_home);
+    if (home == around.end()) return std::nullopt;
+    return *home;
+}
+
+std::optional<HoverPlace> Pilot::place() {
+    const Point& at = state_.roadmap().at(tool_.at());
+    const auto home = home_of(at);
+    if (!home) return std::nullopt;
+    return HoverPlace{at, *home};
+}
+
+NodeId Pilot::door(std::uint32_t sample) {
+    if (doors_.size() <= sample) doors_.resize(sample + 1, kNoNode);
+    if (doors_[sample] != kNoNode || !inference_.has_clearance(sample)) return doors_[sample];
+    const NodeId start = tool_.start_of_sample(sample);
+    const Point& apex = state_.sample(sample);
+    const Vector way = state_.roadmap().at(start) - apex;
+    const double length = way.norm();
+    const auto inside = inference_.clearance(sample).clip(apex, way / length);
+    if (!inside || inside->low >= length) return kNoNode;
+    const double low = std::max(inside->low, 0.0);
+    const double high = std::min(inside->high, length);
+    const double at = std::clamp(epsilon_, low + (high - low) / 4, high - (high - low) / 4);
+    return doors_[sample] = state_.roadmap().add(start, apex + at / length * way);
+}
+
+void Pilot::forget(std::uint32_t sample) {
+    if (sample < doors_.size()) doors_[sample] = kNoNode;
+}
+
+// --- motion ----------------------------------------------------------------------------------------------------------
+
+void Pilot::lift() {
+    const auto& [contact, from] = tool_.contact();
+    if (tool_.at() != contact) return;
+    const Roadmap& roadmap = state_.roadmap();
+    const Point touched = roadmap.at(contact);
+    const Vector way = roadmap.at(from) - touched;
+    const double length = way.norm();
+    const bool is_short = length <= 2 * kLift * epsilon_;
+    // From a place beside S that it hardly left the tool could not get away again.
+    if (from != lifted_ || !is_short) retreat_ = from;
+    const Point lifted = touched + kLift * epsilon_ / length * way;
+    if (is_short || !home_of(lifted)) return tool_.go_to(retreat_);
+    tool_.lift(lifted);
+    lifted_ = tool_.at();
+}
+
+std::optional<Tool::Answer> Pilot::follow(const FreeSpace::Way& way) {
+    for (const HoverPlace& stop : way.stops) {
+        near_ = stop.home;
+        if (const auto touched = tool_.move_to(stop.point)) return touched;
+    }
+    return std::nullopt;
+}
+
+std::optional<Tool::Answer> Pilot::probe(const Point& goal) {
+    const NodeId from = tool_.at();
+    const Tool::Answer answer = tool_.probe(goal);
+    tool_.arrive(state_.roadmap().add(from, answer.position));
+    if (!answer.contact) return std::nullopt;
+    return answer;
+}
+
+std::optional<Tool::Answer> Pilot::go_to(const HoverPlace& goal) {
+    lift();
+    if (const auto from = place()) {
+        if (const auto way = free_space_.way(*from, goal)) return follow(*way);
+    }
+    if (tool_.at() == lifted_) {
+        // No lens leads away from beside the touch.
+        tool_.go_to(retreat_);
+        if (const auto from = place()) {
+            if (const auto way = free_space_.way(*from, goal)) return follow(*way);
+        }
+    }
+    // Over ground that the tool has been on, or over what is in the way.
+    Roadmap& roadmap = state_.roadmap();
+    const double straight = (goal.point - roadmap.at(tool_.at())).norm();
+    const NodeId entry = door(goal.home);
+    if (entry == kNoNode || roadmap.short_path(tool_.at(), entry).length > kDetour * straight) {
+        Hop hop = this->hop(goal.point);
+        if (hop.done) return hop.touched;
+    }
+    if (entry == kNoNode) return probe(goal.point);
+    tool_.go_to(entry);
+    if (const auto way = free_space_.way({roadmap.at(entry), goal.home}, goal)) return follow(*way);
+    return probe(goal.point);
+}
+
+Pilot::Hop Pilot::hop(const Point& goal) {
+    int& contacts = contacts_[key(goal)];
+    if (contacts >= kMaxContacts) return {};
+    const Point start = state_.roadmap().at(tool_.at());
+    const double straight = (goal - start).norm();
+    std::optional<Tool::Answer> touched;
+    const int height = contacts + (straight > kNear * epsilon_ ? 1 : 0);
+    if (height > 0) {
+        near_ = state_.nearest_sample(start, state_.cell_at(near_));
+        const Vector up = inference_.has_clearance(near_) ? inference_.normal(near_) : Vector((start - state_.sample(near_)).normalized());
+        const auto chord = state_.workspace().clip(start, up);
+        if (chord) touched = probe(start + std::min(kOver * height * straight, chord->high) * up);
+    }
+    if (!touched) touched = probe(goal);
+    if (touched) ++contacts;
+    return {true, touched};
+}
+
+std::optional<Tool::Answer> Pilot::approach(NodeId goal, const std::array<std::uint32_t, 3>& samples) {
+    Roadmap& roadmap = state_.roadmap();
+    lift();
+    const Point goal_at = roadmap.at(goal);
+    const Point from_at = roadmap.at(tool_.at());
+    const double straight = (goal_at - from_at).norm();
+    double shortest = roadmap.short_path(tool_.at(), goal).length;
+    if (shortest <= straight) return std::nullopt;
+    int& contacts = contacts_[key(goal_at)];
+    if (const auto from = place(); from && contacts == 0) {
+        std::optional<FreeSpace::Way> best;
+        NodeId out_of_best = kNoNode;
+        for (const std::uint32_t sample : samples) {
+            const NodeId out = door(sample);
+            if (out == kNoNode) continue;
+            const auto way = free_space_.way(*from, {roadmap.at(out), sample});
+            if (!way) continue;
+            const double length = way->length + roadmap.short_path(out, goal).length;
+            if (length >= shortest) continue;
+            shortest = length;
+            best = way;
+            out_of_best = out;
+        }
+        if (best && shortest <= kDetour * straight) {
+            if (const auto touched = follow(*best)) {
+                ++contacts;
+                return touched;
+            }
+            // The same place as the door, by another way.
+            roadmap.connect(tool_.at(), out_of_best);
+            tool_.arrive(out_of_best);
+            return std::nullopt;
+        }
+    }
+    if (shortest <= kDetour * straight) return std::nullopt;
+    const Hop hop = this->hop(goal_at);
+    if (!hop.done || hop.touched) return hop.touched;
+    roadmap.connect(tool_.at(), goal);
+    tool_.arrive(goal);
+    return std::nullopt;
+}
+
+}  // namespace palpate

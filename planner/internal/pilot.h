@@ -1,0 +1,64 @@
+// Brings the tool to places near S, over space that is proven free or taken to be: guarded, so that a wrong guess is a touch.
+//
+// May not live here: what to touch (front.h), what a touch means (growth.h).
+#pragma once
+
+#include <array>
+#include <cstdint>
+#include <map>
+#include <optional>
+#include <vector>
+
+#include "planner/internal/free_space.h"
+#include "planner/internal/tool.h"
+
+namespace palpate {
+
+class Pilot {
+public:
+    // `epsilon` (mm): how far samples are apart. All arguments must outlive it.
+    Pilot(MaintainedDelaunay& state, Tool& tool, const Inference& inference, double epsilon)
+        : state_(state), tool_(tool), inference_(inference), free_space_(state, inference, epsilon), epsilon_(epsilon) {}
+
+    // Each of these answers if S is met on the way; the tool is there then.
+
+    // To a place in a sample's lens.
+    std::optional<Tool::Answer> go_to(const HoverPlace& goal);
+    // Straight, through whatever there is.
+    std::optional<Tool::Answer> probe(const Point& goal);
+    // Towards a node of the roadmap near those samples, as far as that is shorter than the roadmap.
+    std::optional<Tool::Answer> approach(NodeId goal, const std::array<std::uint32_t, 3>& samples);
+
+    // The sample's lens is not what it was.
+    void forget(std::uint32_t sample);
+    void forget_all() { doors_.clear(); }
+
+private:
+    // From a touch back on the way to it, into a lens: no way may lead through a place on S.
+    void lift();
+    // The tool's place, if it is in some lens.
+    [[nodiscard]] std::optional<HoverPlace> place();
+    [[nodiscard]] std::optional<std::uint32_t> home_of(const Point& p);
+    // A place in the sample's lens, on the way of the probe that touched it; none if that way is too flat.
+    [[nodiscard]] NodeId door(std::uint32_t sample);
+    // Straight to a place, or over what is in the way, if earlier hops did not end there. Not done if too many did not.
+    struct Hop {
+        bool done = false;
+        std::optional<Tool::Answer> touched;
+    };
+    Hop hop(const Point& goal);
+    std::optional<Tool::Answer> follow(const FreeSpace::Way& way);
+
+    MaintainedDelaunay& state_;
+    Tool& tool_;
+    const Inference& inference_;
+    FreeSpace free_space_;
+    const double epsilon_;
+    std::uint32_t near_ = 0;                         // a sample near the tool
+    NodeId lifted_ = kNoNode;                        // where the tool lifted to from its last contact, ...
+    NodeId retreat_ = kNoNode;                       // ... and a place before it that is not beside S
+    std::vector<NodeId> doors_;                      // by sample, as far as they were needed
+    std::map<std::array<double, 3>, int> contacts_;  // on hops to a place
+};
+
+}  // namespace palpate
