@@ -24,6 +24,7 @@ constexpr std::string_view kMillimetres = "mm";
 constexpr std::array<std::string_view, 1> kWorkspaceWords{"auto"};
 constexpr yaml::Bounds kFloorBounds{0.0, 1.0, false};
 constexpr yaml::Bounds kShareBounds{0.0, 1.0, true};
+constexpr yaml::Bounds kMinAngleBounds{0.0, 30.0, true};  // above, refinement need not end (thesis 5.3)
 
 Ball read_ball(Section& section) {
     Ball ball;
@@ -93,6 +94,40 @@ Segment read_seed_ray(Section& section) {
     return ray;
 }
 
+RegionOfInterest read_region(Section& section) {
+    RegionOfInterest region;
+    region.box.min = section.vector({"min", "lowest corner of a box", Need::required, kMillimetres}, kAnyNumber);
+    region.box.max = section.vector({"max", "its highest corner; a point if it is the same", Need::required, kMillimetres}, kAnyNumber);
+    region.size = section.number({"size", "upper bound on ball radii in the box", Need::required, kMillimetres}, kPositive);
+    region.slope =
+        section.number({"slope", "by how much that grows with the distance from the box, up to epsilon"}, kShareBounds, region.slope);
+    section.require((region.box.min.array() <= region.box.max.array()).all(), "max",
+                    "lies below min; allowed: no coordinate below that of min (mm)");
+    return region;
+}
+
+Sizing read_sizing(Section& section) {
+    Sizing sizing;
+    section.list({"regions", "boxes and points of interest"}, 0, false,
+                 [&](Section& region) { sizing.regions.push_back(read_region(region)); });
+    sizing.radii_of_curvature =
+        section.number({"radii_of_curvature", "upper bound on ball radii, in radii of curvature as the facets around show them; 0: none"},
+                       yaml::kNotNegative, sizing.radii_of_curvature);
+    sizing.smallest = section.number_or_null(
+        {"smallest", "curvature refines no smaller balls; null: twice the refinement floor", Need::optional, kMillimetres}, kPositive);
+    return sizing;
+}
+
+Budget read_budget(Section& section) {
+    Budget budget;
+    budget.probes = section.whole_number_or_null({"probes", "the run ends after so many, incomplete; null: any"});
+    budget.displacement =
+        section.number_or_null({"displacement", "the same for the way of the probe", Need::optional, kMillimetres}, kPositive);
+    budget.machine_time =
+        section.number_or_null({"machine_time", "the same for the machine's time, as it is estimated", Need::optional, "s"}, kPositive);
+    return budget;
+}
+
 Options read_probing(Section& section) {
     Options options;
     options.epsilon = section.number(
@@ -110,6 +145,11 @@ Options read_probing(Section& section) {
     options.refinement_floor =
         section.number({"refinement_floor", "where the mesh is not manifold, balls are refined down to this fraction of epsilon"},
                        kFloorBounds, options.refinement_floor);
+    section.mapping({"sizing", "where smaller facets are wanted than epsilon asks for", Need::optional, "", "none"},
+                    [&](Section& inner) { options.sizing = read_sizing(inner); });
+    options.min_angle = section.angle({"min_angle", "triangles with a smaller angle are refined, away from seeds"}, kMinAngleBounds);
+    section.mapping({"budget", "what the run may use up", Need::optional, "", "none"},
+                    [&](Section& inner) { options.budget = read_budget(inner); });
     return options;
 }
 

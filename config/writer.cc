@@ -31,6 +31,8 @@ std::string triple(const Vector& v, const Spell& spell) {
     return "[" + spell(v.x()) + ", " + spell(v.y()) + ", " + spell(v.z()) + "]";
 }
 
+std::string or_null(const std::optional<double>& value) { return value ? number_text(*value) : "null"; }
+
 std::string vector_text(const Vector& v) { return triple(v, number_text); }
 
 std::string quoted(const std::string& text) {
@@ -117,15 +119,28 @@ std::string strategy_text(const Strategy& strategy) {
 void add_probing(Lines& lines, const Options& options) {
     lines.emplace_back("probing:");
     lines.push_back("  epsilon: " + number_text(options.epsilon));
-    lines.push_back("  reach: " + (options.reach ? number_text(*options.reach) : "null"));
+    lines.push_back("  reach: " + or_null(options.reach));
     lines.push_back("  strategy: " + strategy_text(options.strategy));
-    lines.push_back("  standoff: " + (options.standoff ? number_text(*options.standoff) : "null"));
+    lines.push_back("  standoff: " + or_null(options.standoff));
     lines.push_back("  audit: " + number_text(options.audit));
     lines.emplace_back(options.seed_rays.empty() ? "  seed_rays: []" : "  seed_rays:");
     for (const Segment& ray : options.seed_rays) {
         lines.push_back("    - {from: " + vector_text(ray.source) + ", to: " + vector_text(ray.target) + "}");
     }
     lines.push_back("  refinement_floor: " + number_text(options.refinement_floor));
+    lines.emplace_back("  sizing:");
+    lines.emplace_back(options.sizing.regions.empty() ? "    regions: []" : "    regions:");
+    for (const RegionOfInterest& region : options.sizing.regions) {
+        lines.push_back("      - {min: " + vector_text(region.box.min) + ", max: " + vector_text(region.box.max) +
+                        ", size: " + number_text(region.size) + ", slope: " + number_text(region.slope) + "}");
+    }
+    lines.push_back("    radii_of_curvature: " + number_text(options.sizing.radii_of_curvature));
+    lines.push_back("    smallest: " + or_null(options.sizing.smallest));
+    lines.push_back("  min_angle: " + yaml::degrees_text(options.min_angle));
+    const Budget& budget = options.budget;
+    const std::string probes = budget.probes ? std::to_string(*budget.probes) : "null";
+    lines.push_back("  budget: {probes: " + probes + ", displacement: " + or_null(budget.displacement) +
+                    ", machine_time: " + or_null(budget.machine_time) + "}");
 }
 
 }  // namespace

@@ -78,6 +78,11 @@ Premise inference_premise(const Options& options, const ReachEvidence& reach) {
     return premise;
 }
 
+Premise facet_premise(const Evidence& evidence) {
+    return {"sizing and angles", evidence.bad_facets == 0 ? State::checked : State::refuted,
+            text(evidence.bad_facets, " facets do not fulfil them, away from seed facets")};
+}
+
 bool holds(const Premise& premise) { return premise.state == State::checked || premise.state == State::assumed; }
 
 }  // namespace
@@ -96,9 +101,18 @@ Certificate certify(const Options& options, const Topology& topology, const Evid
                             {"touches lie on the surface", State::assumed, "by the user: their error is far below epsilon"}};
     if (evidence.reach) certificate.premises.push_back(inference_premise(options, *evidence.reach));
     const bool guesses = evidence.reach && evidence.reach->inferred > 0 && !holds(certificate.premises.back());
-    if (!holds(manifold) || !holds(components) || !holds(balls)) {
+    if (evidence.has_facet_criteria) certificate.premises.push_back(facet_premise(evidence));
+    const bool shaped = !evidence.has_facet_criteria || holds(certificate.premises.back());
+    if (!evidence.stopped_by.empty()) {
         certificate.status = Certificate::Status::incomplete;
-        certificate.statement = "Nothing is guaranteed: the run could not establish all of I1 to I3.";
+        certificate.premises.push_back({"the run ended by itself", State::refuted, "the budget of " + evidence.stopped_by + " is used up"});
+        certificate.statement =
+            "Nothing is guaranteed: the run used up its budget of " + evidence.stopped_by + ". The mesh is what it knew then.";
+        return certificate;
+    }
+    if (!shaped || !holds(manifold) || !holds(components) || !holds(balls)) {
+        certificate.status = Certificate::Status::incomplete;
+        certificate.statement = "Nothing is guaranteed: the run could not establish all that it has to establish.";
     } else if (reach.state == State::refuted) {
         const bool enough = evidence.reach->used * kMaxEpsilonPerReach >= options.epsilon;
         certificate.status = Certificate::Status::refuted;

@@ -61,6 +61,9 @@ struct Evidence {
     std::size_t components = 0;             // of Ŝ
     std::size_t unrepresented_touches = 0;  // samples that no facet of Ŝ uses although all around them was explored
     std::size_t open_edges = 0;             // of Ŝ, left unexplored
+    bool has_facet_criteria = false;        // sizing or angles were asked for, ...
+    std::size_t bad_facets = 0;             // ... and so many facets do not fulfil them
+    std::string stopped_by;                 // the budget that ended the run; empty: it ended by itself
     bool seeds_given = false;               // by the user, one per component
     std::optional<ReachEvidence> reach;     // of inference, if there was any
 };

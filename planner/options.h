@@ -6,8 +6,12 @@
 #include <vector>
 
 #include "planner/geometry.h"
+#include "planner/workspace.h"
 
 namespace palpate {
+
+// Of epsilon: samples of persistent facets are at least so far apart (internal/seeding).
+inline constexpr double kSeedSpacing = 1.0 / 128.0;
 
 // The four independent options of DESIGN section 5. The first value of each is the thesis'.
 struct Strategy {
@@ -27,6 +31,27 @@ struct Strategy {
     [[nodiscard]] static constexpr Strategy thesis() { return {Refine::exhaustive, Explore::exhaustive, Infer::none, Travel::voronoi}; }
 };
 
+// Where smaller facets are wanted.
+struct RegionOfInterest {
+    Box box;             // a point if its corners are the same
+    double size = 0.0;   // mm, > 0: radius of surface Delaunay balls there
+    double slope = 0.5;  // in [0, 1]: how that grows with the distance from the box, up to epsilon
+};
+
+// Smaller facets than epsilon asks for (thesis 5.4).
+struct Sizing {
+    std::vector<RegionOfInterest> regions;
+    double radii_of_curvature = 0.0;  // balls are at most that many of the surface's radii of curvature, as estimated; 0: any
+    std::optional<double> smallest;   // mm, > 0: that criterion refines nothing smaller; none: twice the refinement floor
+};
+
+// A run that used up one of these after its seeds ends, incomplete. What is under way is finished.
+struct Budget {
+    std::optional<std::uint64_t> probes;
+    std::optional<double> displacement;  // mm
+    std::optional<double> machine_time;  // s, as estimate_machine_time() has it
+};
+
 struct Options {
     double epsilon = 0.0;         // mm, > 0: upper bound on the radius of every surface Delaunay ball of the result
     std::optional<double> reach;  // mm, > 0: a lower bound on rch(S) that the user vouches for
@@ -36,6 +61,9 @@ struct Options {
     std::uint64_t random_seed = 1;        // of that choice
     std::vector<Segment> seed_rays;       // one per component at least; empty: rays from the workspace towards its centre
     double refinement_floor = 1.0 / 8.0;  // of epsilon, in (0, 1]: the extra refinement of DESIGN section 4 stops there
+    Sizing sizing;
+    double min_angle = 0.0;  // rad, in [0, π/6]: triangles with a smaller angle are refined, away from seeds (thesis 5.3)
+    Budget budget;
 };
 
 }  // namespace palpate

@@ -1,5 +1,6 @@
 #include "planner/prober.h"
 
+#include <algorithm>
 #include <cmath>
 #include <numbers>
 #include <sstream>
@@ -14,6 +15,7 @@ namespace {
 // 1e5 of it (internal/dual_line.h). Below this share of the coordinates, ε is not safely above that.
 constexpr double kLeastEpsilonPerCoordinate = 1e-8;
 // Squares and cubes of lengths must stay in the range of double.
+constexpr double kRounding = 1e-12;
 constexpr double kLeastLength_mm = 1e-30;
 constexpr double kGreatestLength_mm = 1e30;
 
@@ -30,13 +32,27 @@ void check_options(const Workspace& workspace, const Options& options) {
             throw std::invalid_argument("a seed ray needs two different finite points");
         }
     }
+    double smallest = options.epsilon;
+    for (const RegionOfInterest& region : options.sizing.regions) {
+        if (!positive(region.size) || !(region.slope >= 0 && region.slope <= 1))
+            throw std::invalid_argument("a region of sizing needs a positive size and a slope in [0, 1]");
+        if (!(region.box.min.array() <= region.box.max.array()).all() || !region.box.min.allFinite() || !region.box.max.allFinite())
+            throw std::invalid_argument("a region of sizing needs a box of finite corners, the lowest first");
+        smallest = std::min(smallest, region.size);
+    }
+    const Sizing& sizing = options.sizing;
+    if (!(sizing.radii_of_curvature >= 0 && std::isfinite(sizing.radii_of_curvature)) || (sizing.smallest && !positive(*sizing.smallest)))
+        throw std::invalid_argument("sizing by curvature must not be negative, and its smallest size must be positive");
+    if (sizing.smallest && sizing.radii_of_curvature > 0) smallest = std::min(smallest, *sizing.smallest);
+    if (!(options.min_angle >= 0 && options.min_angle <= std::numbers::pi / 6 + kRounding))
+        throw std::invalid_argument("min_angle must lie in [0, 30] degrees: above, refinement need not end");
     const double coordinates = workspace.center().cwiseAbs().maxCoeff() + workspace.radius();
-    if (coordinates > kGreatestLength_mm || options.epsilon < kLeastLength_mm) {
+    if (coordinates > kGreatestLength_mm || smallest < kLeastLength_mm) {
         throw std::invalid_argument("workspace or epsilon is out of the range of lengths, 1e-30 to 1e30 mm: choose other units");
     }
-    if (options.epsilon < kLeastEpsilonPerCoordinate * coordinates) {
+    if (smallest < kLeastEpsilonPerCoordinate * coordinates) {
         std::ostringstream message;
-        message << "epsilon = " << options.epsilon << " mm is below 1e-8 of the workspace's coordinates (up to " << coordinates
+        message << (smallest < options.epsilon ? "the smallest size = " : "epsilon = ") << smallest << " mm is below 1e-8 of the workspace's coordinates (up to " << coordinates
                 << " mm), too fine for double precision: make it larger, the workspace smaller, or move the workspace nearer to the origin";
         throw std::invalid_argument(message.str());
     }

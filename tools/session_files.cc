@@ -8,7 +8,7 @@
 #include <nlohmann/json.hpp>
 #include <system_error>
 
-#include "devices/machine_time.h"
+#include "planner/machine_time.h"
 
 namespace palpate {
 namespace {

@@ -126,6 +126,22 @@ Vector Section::angles(const Key& key) {
                        [&](const Value& element, const std::string& path) { return read_degrees(element, kAngleBounds, path, allowed); });
 }
 
+double Section::angle(const Key& key, const Bounds& degrees) {
+    Key in_degrees = key;
+    in_degrees.unit = kDegrees;
+    const Value* node = offer(in_degrees, "number", "0", degrees.text());
+    return node == nullptr ? 0.0 : read_degrees(*node, degrees, path_of(key.name), with_unit(degrees.text(), kDegrees));
+}
+
+std::optional<std::uint64_t> Section::whole_number_or_null(const Key& key) {
+    const std::string range = "from 0 to " + std::to_string(std::numeric_limits<std::uint64_t>::max()) + ", or null";
+    const Value* node = offer(key, "whole number or null", "null", range);
+    if (node == nullptr || node->kind == Value::Kind::null) {
+        return std::nullopt;
+    }
+    return read_whole_number(*node, path_of(key.name), with_unit(range, key.unit));
+}
+
 std::uint64_t Section::whole_number(const Key& key, std::uint64_t fallback) {
     const std::string range = "from 0 to " + std::to_string(std::numeric_limits<std::uint64_t>::max());
     const Value* node = offer(key, "whole number", std::to_string(fallback), range);

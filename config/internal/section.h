@@ -59,8 +59,10 @@ public:
     double number(const Key& key, const Bounds& bounds, std::optional<double> fallback = {});
     std::optional<double> number_or_null(const Key& key, const Bounds& bounds);
     Vector vector(const Key& key, const Bounds& each, std::optional<Vector> fallback = {});
-    Vector angles(const Key& key);  // written in degrees, returned in radians; default 0
+    Vector angles(const Key& key);                        // written in degrees, returned in radians; default 0
+    double angle(const Key& key, const Bounds& degrees);  // likewise, one
     std::uint64_t whole_number(const Key& key, std::uint64_t fallback);
+    std::optional<std::uint64_t> whole_number_or_null(const Key& key);
     std::string text(const Key& key);
     std::size_t word(const Key& key, std::span<const std::string_view> words, std::size_t fallback);  // index of the word
 

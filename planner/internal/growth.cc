@@ -123,7 +123,7 @@ void Growth::note_audit(const FrontTouch& asked, const std::optional<Tool::Answe
 Growth::Step Growth::take(const Tool::Answer& touched, const std::array<std::uint32_t, 3>& beside) {
     const CellId near = state_.cell_at(beside[0]);
     const double distance = (state_.sample(state_.nearest_sample(touched.position, near)) - touched.position).norm();
-    if (criteria_.is_bad(distance)) {
+    if (criteria_.is_bad(distance, touched.position)) {
         return Step{NewSample{touched.position, near, touched.touch}};
     }
     inference_.note_touch(touched.position, state_.roadmap().at(tool_.contact().from) - touched.position, beside);
@@ -135,7 +135,7 @@ void Growth::learn_crossing(const FacetView& along, const Tool::Answer& touched)
     const DirectedEdge e = along.inwards;
     const double height = along.up.dot(touched.position - along.line.origin);
     if (height < along.bottom || height > along.top) return front_.note_missed(along.corners);
-    if (criteria_.is_bad((touched.position - state_.sample(along.corners[0])).norm())) return;
+    if (criteria_.is_bad((touched.position - state_.sample(along.corners[0])).norm(), touched.position)) return;
     if (const auto inferred = state_.inferred(e)) state_.withdraw(*inferred);
     if (state_.recorded_state(e) != EdgeState::unknown) return;
     // A probe from beyond the edge's exterior end passed it.

@@ -3,8 +3,11 @@
 #include <algorithm>
 #include <cmath>
 #include <numbers>
+#include <sstream>
 #include <stdexcept>
 #include <string>
+
+#include "planner/machine_time.h"
 
 namespace palpate {
 namespace {
@@ -42,11 +45,11 @@ void Run::execute() {
     const std::vector<SeedFacet> seeds = touch_seeds(workspace_, options_, state_, tool_);
     for (const SeedFacet& seed : seeds) faceted_.insert(seed.samples[0]);
     // Seeds are exempt from the spacing; there are few of them.
-    max_samples_ = state_.sample_count() + packing_bound(workspace_, criteria_.spacing(true));
+    max_samples_ = state_.sample_count() + packing_bound(workspace_, criteria_.least_spacing());
     if (options_.strategy.infer == Strategy::Infer::adaptive || (options_.strategy.infer == Strategy::Infer::reach && options_.reach))
         growth_.emplace(state_, tool_, workspace_, options_, criteria_, observer_);
     exploration_.sweep();
-    while (true) {
+    while (!is_budget_used_up()) {
         if (grow()) continue;
         if (const auto e = exploration_.next()) {
             probe(*e);
@@ -56,7 +59,7 @@ void Run::execute() {
         // What follows is linear in the sample and happens a few times in a run.
         exploration_.sweep();
         if (growth_) growth_->sweep();
-        if (grow() || exploration_.next() || explore_unrepresented() || repair_defects()) continue;
+        if (grow() || exploration_.next() || explore_unrepresented() || repair_defects() || refine_facets()) continue;
         break;
     }
 }
@@ -91,11 +94,11 @@ void Run::probe(DirectedEdge e) {
 
 void Run::on_contact(DirectedEdge e) {
     const double radius = state_.crossing(e).ball_radius;
-    if (!criteria_.is_bad(radius)) {
+    if (!criteria_.is_bad(radius, state_.crossing(e).near)) {
         exploration_.note_crossing(e);
         if (growth_) growth_->note_crossing(e);
     } else if (options_.strategy.refine == Strategy::Refine::eager) {
-        insert(e, Touch::Role::refinement);
+        insert(e, Touch::Role::refinement, criteria_.spacing(false, state_.crossing(e).near));
     } else {
         const CrossingId id = state_.crossing_id(e);
         bad_.push_back({radius, id, state_.generation_of(id)});
@@ -104,11 +107,10 @@ void Run::on_contact(DirectedEdge e) {
     }
 }
 
-void Run::insert(DirectedEdge crossing, Touch::Role role) {
+void Run::insert(DirectedEdge crossing, Touch::Role role, double spacing) {
     const Crossing& c = state_.crossing(crossing);
-    const bool repair = role == Touch::Role::repair;
     // The ball is empty, so its radius is the distance to the nearest sample (DESIGN section 3).
-    if (c.ball_radius < criteria_.spacing(repair)) throw std::logic_error(kTooClose);
+    if (c.ball_radius < spacing) throw std::logic_error(kTooClose);
     add_sample(Point(c.near), crossing.cell, c.touch, role);
 }
 
@@ -139,7 +141,7 @@ bool Run::insert_worst() {
         const Bad worst = bad_.back();
         bad_.pop_back();
         if (const auto e = state_.edge_of(worst.id, worst.generation)) {
-            insert(*e, Touch::Role::refinement);
+            insert(*e, Touch::Role::refinement, criteria_.spacing(false, state_.crossing(*e).near));
             return true;
         }
     }
@@ -210,11 +212,65 @@ bool Run::repair_defects() {
         if (state_.crossing(*e).inferred) {
             growth_->distrust(*e);
         } else {
-            insert(*e, Touch::Role::repair);
+            insert(*e, Touch::Role::repair, criteria_.spacing(true, state_.crossing(*e).near));
         }
         changed = true;
     }
     return changed;
+}
+
+std::vector<BadFacet> Run::bad_facets(const RestrictedSurface& surface) const {
+    if (!criteria_.look_at_facets()) return {};
+    std::vector<bool> is_seed(state_.sample_count());
+    for (const Touch& touch : tool_.touches()) {
+        if (touch.sample) is_seed[*touch.sample] = touch.role == Touch::Role::seed || touch.role == Touch::Role::seed_facet;
+    }
+    return find_bad_facets(state_, surface, criteria_, is_seed);
+}
+
+bool Run::refine_facets() {
+    const RestrictedSurface surface = extract_surface(state_);
+    std::vector<BadFacet> facets = bad_facets(surface);
+    std::sort(facets.begin(), facets.end(), [&](const BadFacet& f, const BadFacet& g) {
+        const double rf = surface.ball_radii[f.facet];
+        const double rg = surface.ball_radii[g.facet];
+        return rf != rg ? rf > rg : f.facet < g.facet;
+    });
+    // By crossing, not by edge: an insertion may move or remove the next one.
+    std::vector<std::pair<CrossingId, std::uint32_t>> crossings;
+    for (const BadFacet& f : facets) {
+        const CrossingId id = state_.crossing_id(surface.dual_edges[f.facet]);
+        crossings.emplace_back(id, state_.generation_of(id));
+    }
+    bool changed = false;
+    for (std::size_t k = 0; k < facets.size(); ++k) {
+        const auto e = state_.edge_of(crossings[k].first, crossings[k].second);
+        if (!e) continue;
+        if (state_.crossing(*e).inferred) {
+            growth_->distrust(*e);  // its centre has to be touched first
+        } else {
+            insert(*e, Touch::Role::refinement, facets[k].spacing);
+        }
+        changed = true;
+    }
+    return changed;
+}
+
+bool Run::is_budget_used_up() {
+    const Account& account = tool_.account();
+    const Budget& budget = options_.budget;
+    std::ostringstream why;
+    if (budget.probes && account.probes() >= *budget.probes) {
+        why << *budget.probes << " probes";
+    } else if (budget.displacement && account.displacement() >= *budget.displacement) {
+        why << *budget.displacement << " mm of displacement";
+    } else if (budget.machine_time && estimate_machine_time(account).count() >= *budget.machine_time) {
+        why << *budget.machine_time << " s of machine time";
+    } else {
+        return false;
+    }
+    stopped_by_ = why.str();
+    return true;
 }
 
 std::vector<std::uint32_t> Run::facets_near(const RestrictedSurface& surface, std::uint32_t sample) const {
@@ -282,6 +338,9 @@ Result Run::result() {
     evidence.components = result.topology.components;
     evidence.unrepresented_touches = unrepresented(surface).size();
     evidence.open_edges = exploration_.open_count();
+    evidence.stopped_by = stopped_by_;
+    evidence.has_facet_criteria = criteria_.look_at_facets();
+    evidence.bad_facets = bad_facets(surface).size();
     evidence.seeds_given = !options_.seed_rays.empty();
     for (const DirectedEdge e : surface.dual_edges) result.account.inferred_contact += state_.inferred(e) ? 1 : 0;
     if (growth_) {

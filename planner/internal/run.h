@@ -3,10 +3,12 @@
 
 #include <optional>
 #include <set>
+#include <string>
 #include <vector>
 
 #include "planner/criteria.h"
 #include "planner/internal/exploration.h"
+#include "planner/internal/facet_quality.h"
 #include "planner/internal/growth.h"
 #include "planner/internal/maintained_delaunay.h"
 #include "planner/internal/restricted_surface.h"
@@ -29,7 +31,7 @@ public:
 private:
     void probe(DirectedEdge e);
     void on_contact(DirectedEdge e);
-    void insert(DirectedEdge crossing, Touch::Role role);
+    void insert(DirectedEdge crossing, Touch::Role role, double spacing);
     void add_sample(const Point& p, CellId near, std::uint32_t touch, Touch::Role role);
     // One step of the front. False if it has nothing to do.
     bool grow();
@@ -41,6 +43,11 @@ private:
     bool facet_unrepresented(const std::vector<std::uint32_t>& samples, bool seeds_only);
     // DESIGN section 4: refines the largest ball at every defect of Ŝ. False if there is none to refine.
     bool repair_defects();
+    // Refines the facets of a closed Ŝ that do not fulfil the criteria of sizing and angles. False if there are none.
+    bool refine_facets();
+    [[nodiscard]] std::vector<BadFacet> bad_facets(const RestrictedSurface& surface) const;
+    // Between two actions, if a budget was given.
+    [[nodiscard]] bool is_budget_used_up();
     // The facets of Ŝ at the Delaunay neighbours of a sample.
     [[nodiscard]] std::vector<std::uint32_t> facets_near(const RestrictedSurface& surface, std::uint32_t sample) const;
     [[nodiscard]] std::vector<std::uint32_t> unrepresented(const RestrictedSurface& surface) const;
@@ -74,6 +81,7 @@ private:
     Point touched_max_;
     std::size_t touches_seen_ = 0;
     double fraction_done_ = 0.0;
+    std::string stopped_by_;  // the budget that was used up
 };
 
 }  // namespace palpate

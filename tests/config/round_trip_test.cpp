@@ -59,7 +59,8 @@ TEST(Writer, SpellsOutEveryDefaultInAFixedOrder) {
               "object:\n  mesh: \"" + (folder.path() / "part.off").string() +
                   "\"\n  scale: 1\nworkspace: auto\nprobing:\n  epsilon: 0.25\n  reach: null\n"
                   "  strategy: {refine: eager, explore: closure, infer: reach, travel: free_space}\n  standoff: null\n  audit: 0.02\n"
-                  "  seed_rays: []\n  refinement_floor: 0.125\nrandom_seed: 1\n");
+                  "  seed_rays: []\n  refinement_floor: 0.125\n  sizing:\n    regions: []\n    radii_of_curvature: 0\n    smallest: null\n"
+                  "  min_angle: 0\n  budget: {probes: null, displacement: null, machine_time: null}\nrandom_seed: 1\n");
 }
 
 TEST(Writer, RefusesWhatYamlCannotHold) {

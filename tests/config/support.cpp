@@ -136,6 +136,11 @@ public:
                                static_cast<int>(o.strategy.infer), static_cast<int>(o.strategy.travel)}) {
             add(static_cast<std::uint64_t>(word));
         }
+        for (const auto& value : {o.sizing.smallest, o.budget.displacement, o.budget.machine_time}) {
+            add_all(std::uint64_t{value.has_value()}, value.value_or(0.0));
+        }
+        add_all(o.sizing.radii_of_curvature, o.min_angle, std::uint64_t{o.budget.probes.has_value()}, o.budget.probes.value_or(0));
+        for (const RegionOfInterest& region : o.sizing.regions) add_all(region.box.min, region.box.max, region.size, region.slope);
         add(std::uint64_t{o.seed_rays.size()});
         for (const Segment& ray : o.seed_rays) {
             add_all(ray.source, ray.target);
@@ -232,6 +237,18 @@ SessionConfig random_config(std::mt19937_64& random) {
         probing.seed_rays.push_back({any_vector(random), any_vector(random)});
         probing.seed_rays.back().target.x() = probing.seed_rays.back().source.x() + 1e100;
     }
+    for (std::uint64_t i = random() % 3; i > 0; --i) {
+        const Vector corner = any_vector(random);
+        const Vector size = flip(random) ? Vector(Vector::Zero()) : positive_vector(random);
+        probing.sizing.regions.push_back(
+            {Box{corner, corner + size}, positive(random), std::uniform_real_distribution<double>(0, 1)(random)});
+    }
+    if (flip(random)) probing.sizing.radii_of_curvature = positive(random);
+    if (flip(random)) probing.sizing.smallest = positive(random);
+    probing.min_angle = std::uniform_real_distribution<double>(0, 0.52)(random);
+    if (flip(random)) probing.budget.probes = random();
+    if (flip(random)) probing.budget.displacement = positive(random);
+    if (flip(random)) probing.budget.machine_time = positive(random);
     probing.refinement_floor = std::uniform_real_distribution<double>(1e-9, 1.0)(random);
     config.probing.random_seed = random();
     return config;

@@ -53,21 +53,34 @@ const Subject& subject(const std::string& name) {
     return *std::find_if(subjects().begin(), subjects().end(), [&](const Subject& s) { return s.name == name; });
 }
 
+namespace {
+
+Options options_for(const Subject& subject, double epsilon, const Strategy& strategy, std::optional<double> reach) {
+    Options options;
+    options.epsilon = epsilon;
+    options.strategy = strategy;
+    options.seed_rays = subject.seed_rays;
+    const std::optional<double> truth = HiddenObject(subject.object).reach();
+    if (reach) {
+        options.reach = reach;
+    } else if (strategy.infer != Strategy::Infer::adaptive && truth && *truth > 0) {
+        options.reach = truth;
+    }
+    return options;
+}
+
+}  // namespace
+
 FinishedRun::FinishedRun(const Subject& subject, double epsilon, const Strategy& strategy, const Observer& observer,
                          std::optional<double> reach)
-    : object_(std::make_unique<HiddenObject>(subject.object)), workspace_(subject.workspace), observer_(observer) {
-    options_.epsilon = epsilon;
-    options_.strategy = strategy;
-    if (reach) {
-        options_.reach = reach;
-    } else if (strategy.infer != Strategy::Infer::adaptive && object_->reach() && *object_->reach() > 0) {
-        options_.reach = object_->reach();
-    }
+    : FinishedRun(subject, options_for(subject, epsilon, strategy, reach), observer) {}
+
+FinishedRun::FinishedRun(const Subject& subject, const Options& options, const Observer& observer)
+    : object_(std::make_unique<HiddenObject>(subject.object)), workspace_(subject.workspace), options_(options), observer_(observer) {
     observer_.on_inference = [this](const Point& near, const Point& far) {
         ++inferences_;
         if (object_->contains(near) || !object_->contains(far)) ++wrong_inferences_;
     };
-    options_.seed_rays = subject.seed_rays;
     device_ = std::make_unique<SimulatedDevice>(*object_, workspace_.center() + 1.5 * workspace_.radius() * Vector::UnitZ());
     oracle_ = std::make_unique<DeviceOracle>(*device_);
     run_ = std::make_unique<Run>(*oracle_, workspace_, options_, observer_);

@@ -34,6 +34,7 @@ public:
     // `reach` (mm): the bound that the planner is told, in place of the true one; an adaptive strategy is told none.
     FinishedRun(const Subject& subject, double epsilon, const Strategy& strategy, const Observer& observer = {},
                 std::optional<double> reach = std::nullopt);
+    FinishedRun(const Subject& subject, const Options& options, const Observer& observer = {});
     ~FinishedRun();
 
     const HiddenObject& object() const { return *object_; }

@@ -27,6 +27,19 @@ TEST(CheckOptions, RefusesWhatMakesNoSense) {
     options = with_epsilon(0.1);
     options.refinement_floor = 1.5;
     EXPECT_THROW(check_options(workspace, options), std::invalid_argument);
+    const auto refuses = [&](const auto& change) {
+        options = with_epsilon(0.1);
+        change();
+        EXPECT_THROW(check_options(workspace, options), std::invalid_argument);
+    };
+    const Box box{{0, 0, 0}, {1, 1, 1}};
+    refuses([&] { options.sizing.regions = {{box, 0.0}}; });
+    refuses([&] { options.sizing.regions = {{box, 0.1, 1.1}}; });
+    refuses([&] { options.sizing.regions = {{Box{box.max, box.min}, 0.1}}; });
+    refuses([&] { options.sizing.regions = {{box, 1e-12}}; });
+    refuses([&] { options.sizing.radii_of_curvature = -1; });
+    refuses([&] { options.sizing.smallest = 0; });
+    refuses([&] { options.min_angle = 0.53; });
     options = with_epsilon(0.1);
     options.seed_rays = {{{1, 2, 3}, {1, 2, 3}}};
     EXPECT_THROW(check_options(workspace, options), std::invalid_argument);
