@@ -13,6 +13,7 @@
 #include "devices/errors.h"
 #include "planner/errors.h"
 #include "sim/errors.h"
+#include "tools/anytime.h"
 #include "tools/bench.h"
 #include "tools/picture.h"
 #include "tools/progress_display.h"
@@ -156,8 +157,9 @@ ExitCode run(const BenchCommand& command, std::ostream& out) {
     for (const std::string& name : command.strategies) strategies.push_back(parse_strategy(name));
     // All that can fail without a run fails before the first.
     const std::filesystem::path csv = command.output.string() + ".csv";
-    const std::filesystem::path json = command.output.string() + ".json";
-    for (const auto& file : {csv, json}) {
+    const std::filesystem::path other = command.output.string() + (command.anytime ? ".svg" : ".json");
+    if (command.anytime && command.configs.size() != 1) throw SetupError("bench --anytime draws one plot: give one configuration");
+    for (const auto& file : {csv, other}) {
         if (!command.force && std::filesystem::exists(file)) {
             throw OutputError(file.string() + ": exists; choose another name with -o, or give --force to replace it");
         }
@@ -175,6 +177,17 @@ ExitCode run(const BenchCommand& command, std::ostream& out) {
         scenes.emplace_back(std::move(config), std::move(scene));
     }
 
+    if (command.anytime) {
+        out << "method, probes, displacement (mm), Hausdorff distance (mm)\n";
+        const auto points =
+            measure_anytime(command.configs[0].stem().string(), scenes[0].first, scenes[0].second, strategies, [&](const AnytimePoint& p) {
+                out << p.method << ", " << p.probes << ", " << p.displacement << ", " << p.hausdorff << std::endl;
+            });
+        write_file(csv, anytime_csv(points));
+        write_file(other, anytime_svg(points));
+        return ExitCode::done;
+    }
+
     std::vector<BenchRow> rows;
     bool incomplete = false;
     for (std::size_t k = 0; k < scenes.size(); ++k) {
@@ -188,7 +201,7 @@ ExitCode run(const BenchCommand& command, std::ostream& out) {
     }
     out << bench_table(rows);
     write_file(csv, bench_csv(rows));
-    write_file(json, bench_json(rows));
+    write_file(other, bench_json(rows));
     return incomplete ? ExitCode::incomplete : ExitCode::done;
 }
 

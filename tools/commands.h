@@ -33,7 +33,8 @@ struct BenchCommand {
     std::vector<std::string> strategies;
     std::filesystem::path output;  // without extension
     std::vector<std::string> overrides;
-    bool force = false;  // replace output that is there
+    bool force = false;    // replace output that is there
+    bool anytime = false;  // errors before the end instead of the table
 };
 
 // Results go to `out`, progress and warnings to standard error. They throw what the parts throw; see exit_code_of.

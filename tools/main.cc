@@ -60,10 +60,17 @@ int main(int argc, char** argv) {
         ->add_option("--strategy", bench.strategies, "Strategies: default, thesis, adaptive, or refine+explore such as eager+exhaustive")
         ->delimiter(',')
         ->capture_default_str();
-    bench_app->add_option("-o,--output", bench.output, "Write FILE.csv and FILE.json")->type_name("FILE")->capture_default_str();
-    bench_app->add_flag("--force", bench.force, "Replace FILE.csv and FILE.json if they are there");
+    bench_app->add_option("-o,--output", bench.output, "Write FILE.csv and FILE.json, or FILE.svg")
+        ->type_name("FILE")
+        ->capture_default_str();
+    bench_app->add_flag("--force", bench.force, "Replace these files if they are there");
+    bench_app->add_flag("--anytime", bench.anytime,
+                        "Write the error against probes and displacement, beside a z-raster and random rays: FILE.csv and FILE.svg; "
+                        "one CONFIG");
     add_overrides(bench_app, bench.overrides);
-    bench_app->footer("Example: palpate bench config/examples/*.yaml --strategy thesis,eager+exhaustive,default -o comparison");
+    bench_app->footer(
+        "Example: palpate bench config/examples/*.yaml --strategy thesis,eager+exhaustive,default -o comparison\n"
+        "         palpate bench config/examples/torus.yaml --anytime -o torus_anytime");
 
     try {
         app.parse(argc, argv);

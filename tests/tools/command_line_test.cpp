@@ -169,6 +169,36 @@ TEST_F(CommandLine, BenchComparesStrategies) {
     EXPECT_EQ(lines, 4U);
 }
 
+TEST_F(CommandLine, BenchWritesErrorsBeforeTheEnd) {
+    write_torus(0.2);
+    const Outcome outcome = palpate("bench torus.yaml --strategy default,adaptive --anytime -o any");
+    ASSERT_EQ(outcome.exit_code, 0) << outcome.err;
+    std::istringstream csv(read("any.csv"));
+    std::string line;
+    std::getline(csv, line);
+    EXPECT_EQ(line, "config,method,probes,displacement,facets,hausdorff,mean_distance,unsafe_moves");
+    std::map<std::string, double> best;  // by method
+    std::map<std::string, int> rows;
+    while (std::getline(csv, line)) {
+        std::vector<std::string> fields;
+        std::istringstream stream(line);
+        for (std::string field; std::getline(stream, field, ',');) fields.push_back(field);
+        ASSERT_EQ(fields.size(), 8U) << line;
+        const double hausdorff = std::stod(fields[5]);
+        const auto [known, is_new] = best.try_emplace(fields[1], hausdorff);
+        known->second = std::min(known->second, hausdorff);
+        ++rows[fields[1]];
+        EXPECT_EQ(fields[7], "0") << "unsafe moves";
+    }
+    ASSERT_EQ(best.size(), 4U);
+    for (const auto& [method, count] : rows) EXPECT_GE(count, 3) << method;
+    EXPECT_LT(best.at("default"), best.at("random rays"));
+    EXPECT_LT(best.at("default"), best.at("z-raster"));
+    EXPECT_THAT(read("any.svg"), HasSubstr("</svg>"));
+    EXPECT_EQ(palpate("bench torus.yaml torus.yaml --anytime -o two").exit_code, 2);
+    EXPECT_EQ(palpate("bench torus.yaml --anytime -o any").exit_code, 2) << "nothing is replaced";
+}
+
 TEST_F(CommandLine, BenchReplacesNothingUnlessForced) {
     write_torus(0.3);
     write("mine.csv", "precious");
