@@ -74,10 +74,9 @@ void Growth::distrust(DirectedEdge e) {
 }
 
 std::optional<Growth::Step> Growth::approach(NodeId goal, const std::array<std::uint32_t, 3>& corners) {
-    const auto touched = grows_ ? pilot_.approach(goal, corners) : std::nullopt;
-    if (!touched) return std::nullopt;
-    inference_.check(touched->position, true, corners);
-    return take(*touched, corners);
+    const auto met = grows_ ? pilot_.approach(goal, corners) : std::nullopt;
+    if (!met) return std::nullopt;
+    return take_from_way(*met, corners);
 }
 
 // --- touching --------------------------------------------------------------------------------------------------------
@@ -86,12 +85,10 @@ std::optional<Growth::Step> Growth::step() {
     if (!grows_ || inference_.bound().reach < kUseful * options_.epsilon) return std::nullopt;
     const auto asked = front_.next(state_.roadmap().at(tool_.at()));
     if (!asked) return std::nullopt;
-    if (const auto touched = pilot_.go_to({asked->start, asked->home})) {
-        inference_.check_way(touched->position, asked->home);
-        return take(*touched, asked->beside);
-    }
-    auto contact = pilot_.probe(asked->target);
-    if (!contact && asked->under && !asked->certain) contact = pilot_.probe(*asked->under);
+    if (const auto met = pilot_.go_to({asked->start, asked->home})) return take_from_way(*met, asked->beside);
+    auto met = pilot_.probe(asked->target);
+    if (!met && asked->under && !asked->certain) met = pilot_.probe(*asked->under);
+    const auto contact = met ? std::optional(met->touch) : std::nullopt;
     if (asked->audit) note_audit(*asked, contact);
     if (!contact) {
         const Point& free = asked->target;
@@ -118,6 +115,15 @@ void Growth::note_audit(const FrontTouch& asked, const std::optional<Tool::Answe
     const Crossing& gap = state_.crossing(*inferred);
     const auto height = [&](const Point& p) { return asked.along->up.dot(p - asked.along->line.origin); };
     if (!contact || height(contact->position) > height(gap.near) || height(contact->position) < height(gap.far)) ++evidence_.audited_wrong;
+}
+
+Growth::Step Growth::take_from_way(const Pilot::Met& met, const std::array<std::uint32_t, 3>& beside) {
+    if (met.in_lens) {
+        inference_.check_way(met.touch.position, beside[0]);
+    } else {
+        inference_.check(met.touch.position, true, beside);
+    }
+    return take(met.touch, beside);
 }
 
 Growth::Step Growth::take(const Tool::Answer& touched, const std::array<std::uint32_t, 3>& beside) {

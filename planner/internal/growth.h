@@ -62,7 +62,8 @@ private:
     void lower(std::uint32_t sample, double share);
     void lower_all(const Refutation& found);
     void learn_crossing(const FacetView& along, const Tool::Answer& touched);
-    // A touch becomes a sample, or a witness if it is too near to one.
+    // A touch becomes a sample, or a witness if it is too near to one. One that was not looked for may contradict lenses.
+    Step take_from_way(const Pilot::Met& met, const std::array<std::uint32_t, 3>& beside);
     Step take(const Tool::Answer& touched, const std::array<std::uint32_t, 3>& beside);
 
     MaintainedDelaunay& state_;

@@ -84,23 +84,23 @@ void Pilot::lift() {
     lifted_ = tool_.at();
 }
 
-std::optional<Tool::Answer> Pilot::follow(const FreeSpace::Way& way) {
+std::optional<Pilot::Met> Pilot::follow(const FreeSpace::Way& way) {
     for (const HoverPlace& stop : way.stops) {
         near_ = stop.home;
-        if (const auto touched = tool_.move_to(stop.point)) return touched;
+        if (const auto touched = tool_.move_to(stop.point)) return Met{*touched, true};
     }
     return std::nullopt;
 }
 
-std::optional<Tool::Answer> Pilot::probe(const Point& goal) {
+std::optional<Pilot::Met> Pilot::probe(const Point& goal) {
     const NodeId from = tool_.at();
     const Tool::Answer answer = tool_.probe(goal);
     tool_.arrive(state_.roadmap().add(from, answer.position));
     if (!answer.contact) return std::nullopt;
-    return answer;
+    return Met{answer, false};
 }
 
-std::optional<Tool::Answer> Pilot::go_to(const HoverPlace& goal) {
+std::optional<Pilot::Met> Pilot::go_to(const HoverPlace& goal) {
     lift();
     if (const auto from = place()) {
         if (const auto way = free_space_.way(*from, goal)) return follow(*way);
@@ -118,7 +118,7 @@ std::optional<Tool::Answer> Pilot::go_to(const HoverPlace& goal) {
     const NodeId entry = door(goal.home);
     if (entry == kNoNode || roadmap.short_path(tool_.at(), entry).length > kDetour * straight) {
         Hop hop = this->hop(goal.point);
-        if (hop.done) return hop.touched;
+        if (hop.done) return hop.met;
     }
     if (entry == kNoNode) return probe(goal.point);
     tool_.go_to(entry);
@@ -131,20 +131,20 @@ Pilot::Hop Pilot::hop(const Point& goal) {
     if (contacts >= kMaxContacts) return {};
     const Point start = state_.roadmap().at(tool_.at());
     const double straight = (goal - start).norm();
-    std::optional<Tool::Answer> touched;
+    std::optional<Met> met;
     const int height = contacts + (straight > kNear * epsilon_ ? 1 : 0);
     if (height > 0) {
         near_ = state_.nearest_sample(start, state_.cell_at(near_));
         const Vector up = inference_.has_clearance(near_) ? inference_.normal(near_) : Vector((start - state_.sample(near_)).normalized());
         const auto chord = state_.workspace().clip(start, up);
-        if (chord) touched = probe(start + std::min(kOver * height * straight, chord->high) * up);
+        if (chord) met = probe(start + std::min(kOver * height * straight, chord->high) * up);
     }
-    if (!touched) touched = probe(goal);
-    if (touched) ++contacts;
-    return {true, touched};
+    if (!met) met = probe(goal);
+    if (met) ++contacts;
+    return {true, met};
 }
 
-std::optional<Tool::Answer> Pilot::approach(NodeId goal, const std::array<std::uint32_t, 3>& samples) {
+std::optional<Pilot::Met> Pilot::approach(NodeId goal, const std::array<std::uint32_t, 3>& samples) {
     Roadmap& roadmap = state_.roadmap();
     lift();
     const Point goal_at = roadmap.at(goal);
@@ -168,9 +168,9 @@ std::optional<Tool::Answer> Pilot::approach(NodeId goal, const std::array<std::u
             out_of_best = out;
         }
         if (best && shortest <= kDetour * straight) {
-            if (const auto touched = follow(*best)) {
+            if (const auto met = follow(*best)) {
                 ++contacts;
-                return touched;
+                return met;
             }
             // The same place as the door, by another way.
             roadmap.connect(tool_.at(), out_of_best);
@@ -180,7 +180,7 @@ std::optional<Tool::Answer> Pilot::approach(NodeId goal, const std::array<std::u
     }
     if (shortest <= kDetour * straight) return std::nullopt;
     const Hop hop = this->hop(goal_at);
-    if (!hop.done || hop.touched) return hop.touched;
+    if (!hop.done || hop.met) return hop.met;
     roadmap.connect(tool_.at(), goal);
     tool_.arrive(goal);
     return std::nullopt;

@@ -20,14 +20,19 @@ public:
     Pilot(MaintainedDelaunay& state, Tool& tool, const Inference& inference, double epsilon)
         : state_(state), tool_(tool), inference_(inference), free_space_(state, inference, epsilon), epsilon_(epsilon) {}
 
+    // S, met on a way. `in_lens`: where a lens says that it is not.
+    struct Met {
+        Tool::Answer touch;
+        bool in_lens = false;
+    };
     // Each of these answers if S is met on the way; the tool is there then.
 
     // To a place in a sample's lens.
-    std::optional<Tool::Answer> go_to(const HoverPlace& goal);
+    std::optional<Met> go_to(const HoverPlace& goal);
     // Straight, through whatever there is.
-    std::optional<Tool::Answer> probe(const Point& goal);
+    std::optional<Met> probe(const Point& goal);
     // Towards a node of the roadmap near those samples, as far as that is shorter than the roadmap.
-    std::optional<Tool::Answer> approach(NodeId goal, const std::array<std::uint32_t, 3>& samples);
+    std::optional<Met> approach(NodeId goal, const std::array<std::uint32_t, 3>& samples);
 
     // The sample's lens is not what it was.
     void forget(std::uint32_t sample);
@@ -44,10 +49,10 @@ private:
     // Straight to a place, or over what is in the way, if earlier hops did not end there. Not done if too many did not.
     struct Hop {
         bool done = false;
-        std::optional<Tool::Answer> touched;
+        std::optional<Met> met;
     };
     Hop hop(const Point& goal);
-    std::optional<Tool::Answer> follow(const FreeSpace::Way& way);
+    std::optional<Met> follow(const FreeSpace::Way& way);
 
     MaintainedDelaunay& state_;
     Tool& tool_;

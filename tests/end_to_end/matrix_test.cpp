@@ -30,6 +30,10 @@ TEST_P(Matrix, EndsWithTheTruth) {
     expect_sparse(run);
     expect_true_records(run);
 
+    if (c.strategy.infer == Strategy::Infer::reach && run.object().reach()) {
+        EXPECT_NE(run.result().certificate.status, Certificate::Status::refuted) << "the bound is true";
+    }
+
     const TruthSampling sampling{20'000, 20'000};
     const Truth truth = measure_truth(run.object(), run.result().mesh, sampling, 1);
     const double bound = lower_bound_samples(truth.area, c.epsilon);
