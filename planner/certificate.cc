@@ -55,7 +55,7 @@ Premise reach_premise(const Options& options, const Evidence& evidence) {
         return {name, State::refuted,
                 text("the given bound of ", *options.reach, " mm is false: ", evidence.reach->detail,
                      "; the largest bound that the touches allow is ", evidence.reach->largest, " mm; the mesh rests on ",
-                     evidence.reach->used, " mm, and ", needed, " mm is needed")};
+                     evidence.reach->is_local ? "local bounds" : text(evidence.reach->used, " mm"), ", and ", needed, " mm is needed")};
     }
     if (!options.reach) return {name, State::missing, text("no reach bound given; a reach of at least ", needed, " mm would do")};
     if (*options.reach < needed) {
@@ -70,6 +70,9 @@ Premise inference_premise(const Options& options, const ReachEvidence& reach) {
     if (reach.is_local && !options.reach) {
         premise.state = State::missing;
         premise.detail += text("local bounds of at most ", reach.used, " mm, a heuristic that nobody vouches for");
+    } else if (reach.is_local) {
+        premise.detail += text("local bounds of at most ", reach.used, " mm, which the given bound implies");
+        if (reach.refuted) premise.state = State::refuted;
     } else {
         premise.detail += reach.refuted ? "the lowered bound" : "the given bound";
     }
@@ -114,13 +117,14 @@ Certificate certify(const Options& options, const Topology& topology, const Evid
         certificate.status = Certificate::Status::incomplete;
         certificate.statement = "Nothing is guaranteed: the run could not establish all that it has to establish.";
     } else if (reach.state == State::refuted) {
-        const bool enough = evidence.reach->used * kMaxEpsilonPerReach >= options.epsilon;
+        const bool enough = !evidence.reach->is_local && evidence.reach->used * kMaxEpsilonPerReach >= options.epsilon;
         certificate.status = Certificate::Status::refuted;
         certificate.statement = text(
             "The given bound on the reach is false. The mesh is a closed oriented manifold whose surface Delaunay balls are at most "
             "epsilon; ",
-            enough ? "it is isotopic to the object's surface if the lowered bound holds, which no touch contradicts."
-                   : "the lowered bound is too small for this epsilon to guarantee that it has the object's topology.");
+            evidence.reach->is_local ? "its inferred facets rest on smaller local bounds, which do not guarantee the object's topology."
+            : enough                 ? "it is isotopic to the object's surface if the lowered bound holds, which no touch contradicts."
+                                     : "the lowered bound is too small for this epsilon to guarantee that it has the object's topology.");
     } else if (!holds(reach)) {
         certificate.status = Certificate::Status::conditional;
         certificate.statement =

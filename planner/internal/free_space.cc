@@ -8,7 +8,7 @@ namespace palpate {
 
 Point FreeSpace::hover_point(std::uint32_t sample) const {
     const Point& apex = state_.sample(sample);
-    const Vector& up = inference_.normal(sample);
+    const Vector up = inference_.normal(sample);
     const auto chord = state_.workspace().clip(apex, up);
     return apex + (chord ? std::min(hover_, chord->high) : hover_) * up;
 }

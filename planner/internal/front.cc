@@ -184,8 +184,9 @@ std::optional<Front::Clearance> Front::clearance_at(const Point& place, const Ve
     for (const std::uint32_t v : samples) {
         if (!inference_.has_clearance(v)) continue;
         auto in = inference_.clearance(v).clip(place, up);
-        if (in && chord) in->high = std::min(in->high, chord->high);
-        if (in && in->low < in->high && (!lowest || in->low < lowest->span.low)) lowest = Clearance{*in, v};
+        if (!in || !chord) continue;
+        in->high = std::min(in->high, chord->high);
+        if (in->low < in->high && (!lowest || in->low < lowest->span.low)) lowest = Clearance{*in, v};
     }
     return lowest;
 }
@@ -228,7 +229,8 @@ std::optional<FrontTouch> Front::touch_ahead(const OpenEdge& edge, const std::op
         FrontTouch touch;
         touch.beside = beside;
         const std::optional<Clearance> free = clearance_at(place, edge.up, beside);
-        if (!free) continue;
+        const auto chord = state_.workspace().clip(place, edge.up);
+        if (!free || !chord) continue;
         std::optional<double> inside;
         touch.interior_of = beside[0];
         for (const std::uint32_t v : beside) {
@@ -239,7 +241,7 @@ std::optional<FrontTouch> Front::touch_ahead(const OpenEdge& edge, const std::op
             }
         }
         // S is met between these heights: everywhere there the touch must keep its distance.
-        const double low = inside.value_or(-2 * options_.epsilon);
+        const double low = std::max(inside.value_or(-2 * options_.epsilon), chord->low);
         const bool spaced = std::all_of(near_.begin(), near_.end(), [&](std::uint32_t v) {
             const Vector d = state_.sample(v) - place;
             return (d - std::clamp(d.dot(edge.up), std::min(low, free->span.low), free->span.low) * edge.up).norm() >
@@ -250,7 +252,8 @@ std::optional<FrontTouch> Front::touch_ahead(const OpenEdge& edge, const std::op
         touch.home = free->home;
         touch.target = place + low * edge.up;
         touch.certain = inside.has_value();
-        touch.under = edge.middle - ideal * edge.up;
+        const Point under = edge.middle - ideal * edge.up;
+        if (state_.workspace().contains(under)) touch.under = under;
         return touch;
     }
     return ahead ? touch_dual_edge(*ahead) : std::nullopt;
@@ -269,7 +272,7 @@ std::optional<FrontTouch> Front::touch_audited(const Task& task) const {
 std::optional<FrontTouch> Front::next(const Point& tool) {
     while (const std::optional<Task> task = tasks_.take_nearest(tool)) {
         if (task->samples[2] != Task::kNoSample) {
-            const auto touch = touch_audited(*task);
+            const auto touch = audited_ < kAuditEnough ? touch_audited(*task) : std::nullopt;
             if (!touch) continue;
             ++audited_;
             return touch;

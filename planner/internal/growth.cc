@@ -63,8 +63,7 @@ void Growth::note_insertion(const MaintainedDelaunay::Insertion& insertion, cons
 }
 
 void Growth::withdraw(DirectedEdge e, const Point& free) {
-    const auto corners = state_.facet_samples(e);
-    inference_.check(free, false, corners);
+    inference_.contradict(state_.facet_samples(e), free);
     distrust(e);
 }
 
@@ -114,7 +113,9 @@ void Growth::note_audit(const FrontTouch& asked, const std::optional<Tool::Answe
     if (!inferred) return;
     const Crossing& gap = state_.crossing(*inferred);
     const auto height = [&](const Point& p) { return asked.along->up.dot(p - asked.along->line.origin); };
-    if (!contact || height(contact->position) > height(gap.near) || height(contact->position) < height(gap.far)) ++evidence_.audited_wrong;
+    if (contact && height(contact->position) <= height(gap.near) && height(contact->position) >= height(gap.far)) return;
+    ++evidence_.audited_wrong;
+    if (contact) inference_.contradict(asked.along->corners, contact->position);  // without contact it is withdrawn
 }
 
 Growth::Step Growth::take_from_way(const Pilot::Met& met, const std::array<std::uint32_t, 3>& beside) {
@@ -159,10 +160,9 @@ bool Growth::settle_refutation() {
     if (found.empty()) return false;
     if (inference_.bound().is_local) {
         for (const Refutation& refutation : found) {
+            // Local bounds never exceed the given one.
+            if (refutation.is_proof && options_.reach && refutation.largest < *options_.reach) note_evidence(refutation);
             for (const std::uint32_t sample : refutation.samples) {
-                // Local bounds never exceed the given one.
-                const double largest = refutation.share * inference_.reach(sample);
-                if (refutation.is_proof && options_.reach && largest < *options_.reach) note_evidence(refutation, largest);
                 lower(sample, std::min(refutation.share, kLowered));
             }
         }
@@ -172,10 +172,10 @@ bool Growth::settle_refutation() {
     return true;
 }
 
-void Growth::note_evidence(const Refutation& refutation, double largest) {
-    if (evidence_.refuted && largest >= evidence_.largest) return;
+void Growth::note_evidence(const Refutation& refutation) {
+    if (evidence_.refuted && refutation.largest >= evidence_.largest) return;
     evidence_.refuted = true;
-    evidence_.largest = largest;
+    evidence_.largest = refutation.largest;
     evidence_.detail = refutation.evidence;
 }
 
@@ -193,7 +193,7 @@ void Growth::lower(std::uint32_t sample, double share) {
 }
 
 void Growth::lower_all(const Refutation& found) {
-    note_evidence(found, found.share * inference_.bound().reach);
+    note_evidence(found);
     for (CellId cell = 0; cell < state_.cell_slots(); ++cell) {
         if (!state_.is_live(cell)) continue;
         for (int i = 0; i < 4; ++i) {

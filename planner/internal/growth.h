@@ -58,7 +58,7 @@ public:
 
 private:
     void note_audit(const FrontTouch& asked, const std::optional<Tool::Answer>& contact);
-    void note_evidence(const Refutation& refutation, double largest);
+    void note_evidence(const Refutation& refutation);
     void lower(std::uint32_t sample, double share);
     void lower_all(const Refutation& found);
     void learn_crossing(const FacetView& along, const Tool::Answer& touched);

@@ -62,12 +62,11 @@ void Inference::begin(std::uint32_t sample) {
         refute(sample, apex.position, true);
         apex.cone = {};
     }
-    if (!apex.cone.is_known()) return;
+    if (!bound_.is_local || !apex.cone.is_known()) return;
     apex.normal = apex.cone.axis();
-    if (!bound_.is_local) return;
     double share = 1;
     for (const std::uint32_t b : neighbors_) share = std::min(share, curvature_share(apex, state_.sample(b) - apex.position));
-    if (share < 1) note({{sample}, share, apex.position, {}, false});
+    if (share < 1) note({{sample}, share, 0, apex.position, {}, false});
 }
 
 double Inference::curvature_share(const Apex& apex, const Vector& to) const {
@@ -107,9 +106,10 @@ void Inference::note_sample(std::uint32_t sample, const Vector& outwards) {
         if (!other.cone.is_known()) {
             begin(b);
         } else if (other.cone.narrow(to, other.reach, margin_)) {
+            if (!bound_.is_local) continue;
             other.normal = other.cone.axis();
-            const double share = bound_.is_local ? curvature_share(other, to) : 1;
-            if (share < 1) note({{b}, share, apex.position, {}, false});
+            const double share = curvature_share(other, to);
+            if (share < 1) note({{b}, share, 0, apex.position, {}, false});
         } else {
             refute(b, apex.position, true);
             other.cone = {};
@@ -164,8 +164,18 @@ static double largest_share(const Allows& allows) {
 }
 
 void Inference::note(Refutation refutation) {
+    for (const std::uint32_t sample : refutation.samples) {
+        refutation.largest = std::max(refutation.largest, refutation.share * reach(sample));
+    }
     if (!bound_.is_local) refutations_.clear();
     refutations_.push_back(std::move(refutation));
+}
+
+void Inference::contradict(std::span<const std::uint32_t> samples, const Point& x) {
+    if (!is_worse(1)) return;
+    std::ostringstream text;
+    text << "S was not met at (" << x.transpose() << "), where the bound makes it cross";
+    note({{samples.begin(), samples.end()}, 1, 0, x, text.str()});
 }
 
 void Inference::check_way(const Point& x, std::uint32_t home) {
@@ -179,7 +189,7 @@ void Inference::check_way(const Point& x, std::uint32_t home) {
     if (bound_.is_local || is_refuted()) return;
     std::ostringstream text;
     text << "the touch at (" << x.transpose() << ") was met on a way that the bound makes free";
-    note({{nearest}, 1, x, text.str()});
+    note({{nearest}, 1, 0, x, text.str()});
 }
 
 void Inference::refute(std::uint32_t sample, const Point& x, bool touched) {
@@ -199,7 +209,7 @@ void Inference::refute(std::uint32_t sample, const Point& x, bool touched) {
     std::ostringstream text;
     text << (touched ? "the touch at (" : "the free place (") << x.transpose() << ") contradicts the normals that the samples around ("
          << apex.position.transpose() << ") allow";
-    note({{sample}, share, x, text.str()});
+    note({{sample}, share, 0, x, text.str()});
 }
 
 void Inference::refute(const FacetView& seen) {
@@ -225,7 +235,7 @@ void Inference::refute(const FacetView& seen) {
     if (!is_worse(share)) return;
     std::ostringstream text;
     text << "the samples around (" << seen.line.origin.transpose() << ") would make a place there free and inside the object at once";
-    note({{seen.exterior_of, seen.interior_of}, share, seen.line.origin, text.str()});
+    note({{seen.exterior_of, seen.interior_of}, share, 0, seen.line.origin, text.str()});
 }
 
 void Inference::lower(double share) {
@@ -273,7 +283,7 @@ std::optional<FacetView> Inference::view(DirectedEdge e) const {
     result.corners = state_.facet_samples(e);
     Vector normal = Vector::Zero();
     for (const std::uint32_t v : result.corners) {
-        if (has_clearance(v)) normal += apexes_[v].normal;
+        if (has_clearance(v)) normal += this->normal(v);
     }
     if (normal.isZero()) return std::nullopt;
     result.line = along->line;

@@ -56,6 +56,7 @@ struct ReachBound {
 struct Refutation {
     std::vector<std::uint32_t> samples;  // whose bounds contradict each other, or what was found
     double share = 0.0;                  // of those bounds: the evidence allows no more
+    double largest = 0.0;                // mm: so no bound for all of S above that can hold
     Point where = Point::Zero();
     std::string evidence;
     bool is_proof = true;  // not caution: no bound above that share can hold
@@ -80,6 +81,8 @@ public:
     void check(const Point& x, bool touched, std::span<const std::uint32_t> lenses);
     // The tool touched S at x on a way to that sample's lens: some lens is false.
     void check_way(const Point& x, std::uint32_t home);
+    // The tool passed where those samples' lenses make S cross: at x.
+    void contradict(std::span<const std::uint32_t> samples, const Point& x);
     // The contradictions since they were taken last; of a bound for all samples, the worst.
     [[nodiscard]] bool is_refuted() const { return !refutations_.empty(); }
     [[nodiscard]] std::vector<Refutation> take_refutations() { return std::exchange(refutations_, {}); }
@@ -100,7 +103,9 @@ public:
     // ... and which: the exterior lens, or with local bounds what no touch has contradicted. REQUIRES: has_clearance(sample).
     [[nodiscard]] Lens clearance(std::uint32_t sample) const;
     // In the middle of the normals that the sample may have, as far as they are known. REQUIRES: has_clearance(sample).
-    [[nodiscard]] const Vector& normal(std::uint32_t sample) const { return apexes_[sample].normal; }
+    [[nodiscard]] Vector normal(std::uint32_t sample) const {
+        return bound_.is_local ? apexes_[sample].normal : apexes_[sample].cone.axis();
+    }
 
     // The edge as the lenses around it show it; nothing if it lies outside ω, or no lens is near.
     [[nodiscard]] std::optional<FacetView> view(DirectedEdge e) const;
@@ -117,7 +122,7 @@ private:
         Vector outwards = Vector::Zero();  // zero: not noted yet
         double reach = 0.0;
         NormalCone cone;
-        Vector normal = Vector::Zero();
+        Vector normal = Vector::Zero();  // of local bounds: also where the cone is lost
         double clearance = 0.0;
     };
     struct Witness {

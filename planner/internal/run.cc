@@ -348,7 +348,9 @@ Result Run::result() {
         evidence.reach->inferred = result.account.inferred_contact;
     }
     result.certificate = certify(options_, result.topology, evidence);
-    if (result.certificate.status == Certificate::Status::incomplete) result.bad_places = bad_places(surface, result.topology);
+    // A front that a budget stopped has open edges everywhere, and no epsilon would mend them.
+    if (result.certificate.status == Certificate::Status::incomplete && stopped_by_.empty())
+        result.bad_places = bad_places(surface, result.topology);
     result.touches = tool_.touches();
     result.samples = state_.sample_count();
     result.lower_bound_samples = lower_bound_samples(surface_area(surface.mesh), options_.epsilon);
