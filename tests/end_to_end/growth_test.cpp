@@ -1,6 +1,7 @@
 // Inference from a reach bound and growth as a front: what it saves, and that a false bound is found out (DESIGN section 6).
 #include <cmath>
 #include <iostream>
+#include <limits>
 
 #include "tests/end_to_end/subjects.h"
 
@@ -39,6 +40,14 @@ INSTANTIATE_TEST_SUITE_P(Objects, Growth,
                              return test.param.subject + "_" + std::to_string(static_cast<int>(test.param.epsilon * 1000 + 0.5));
                          });
 
+// What the certificate says that the touches allow.
+double largest_bound(const Certificate& certificate) {
+    const std::string& detail = certificate.premises.at(3).detail;
+    const std::string key = "the largest bound that the touches allow is ";
+    const std::size_t at = detail.find(key);
+    return at == std::string::npos ? std::numeric_limits<double>::quiet_NaN() : std::stod(detail.substr(at + key.size()));
+}
+
 TEST(FalseBound, IsRefutedAndTheMeshIsRightAllTheSame) {
     for (const auto& [name, epsilon, told, truth] :
          {std::tuple{"torus", 0.05, 0.8, 0.4}, {"genus2", 0.02, 0.4, 0.2}, {"rounded_box", 0.05, 0.6, 0.3}, {"bunny", 0.25, 2.0, 0.0}}) {
@@ -49,10 +58,7 @@ TEST(FalseBound, IsRefutedAndTheMeshIsRightAllTheSame) {
         const Premise& reach = run.result().certificate.premises.at(3);
         EXPECT_EQ(reach.state, Premise::State::refuted);
         // The evidence never rules out the truth, and says what it is.
-        const std::string key = "the largest bound that the touches allow is ";
-        const std::size_t at = reach.detail.find(key);
-        ASSERT_NE(at, std::string::npos) << reach.detail;
-        const double largest = std::stod(reach.detail.substr(at + key.size()));
+        const double largest = largest_bound(run.result().certificate);
         EXPECT_GE(largest, truth * (1 - 1e-6)) << reach.detail;
         EXPECT_LT(largest, told);
     }
@@ -119,6 +125,37 @@ TEST(Adaptive, RestsOnAGivenBoundAndNeverExceedsIt) {
     expect_right_result(run);
     EXPECT_EQ(run.result().certificate.status, Certificate::Status::certified);
     EXPECT_EQ(run.wrong_inferences(), 0U);
+}
+
+TEST(FalseBound, IsNeverSaidToBeFalserThanItIs) {
+    // A thin plate: local bounds are lowered again and again at its rim.
+    const Subject plate{"plate", ShapeSpec{RoundedBoxSpec{{2, 1.5, 0.2}, 0.1}}, Workspace(Ball{Point::Zero(), 1.6}), {}, {}};
+    for (const Strategy& strategy : {Strategy{}, Strategy::adaptive()}) {
+        for (const double told : {0.2, 0.5}) {
+            Options options;
+            options.epsilon = 0.05;
+            options.strategy = strategy;
+            options.reach = told;
+            options.audit = 1;
+            const FinishedRun run(plate, options);
+            expect_right_result(run);
+            const Certificate& certificate = run.result().certificate;
+            EXPECT_EQ(certificate.status, Certificate::Status::refuted);
+            EXPECT_GE(largest_bound(certificate), 0.1 * (1 - 1e-6)) << certificate.premises.at(3).detail;
+            EXPECT_LT(largest_bound(certificate), told);
+        }
+    }
+}
+
+TEST(Audit, EndsWhenItIsEnough) {
+    Options options;
+    options.epsilon = 0.05;
+    options.reach = 0.4;
+    options.audit = 1;
+    const FinishedRun run(subject("torus"), options);
+    expect_right_result(run);
+    const std::string& detail = run.result().certificate.premises.back().detail;
+    EXPECT_NE(detail.find("; 300 more were touched anyway, 0 of them"), std::string::npos) << detail;
 }
 
 }  // namespace

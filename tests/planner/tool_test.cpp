@@ -151,5 +151,36 @@ TEST(Tool, AssignSaysWhatATouchBecame) {
     EXPECT_DOUBLE_EQ(tool.account().travel, 2);
 }
 
+TEST(Tool, NoWayLeadsThroughAContactThatWasLiftedFrom) {
+    const Workspace workspace(Ball{{0, 0, 0}, 3});
+    SolidOracle oracle(Solid().add(Ball{{0, 0, 0}, 1}), {0, 0, 3});
+    Roadmap roadmap(workspace);
+    Tool tool(oracle, workspace, roadmap);
+    const NodeId start = tool.at();
+    const Tool::Answer touch = tool.probe({0, 0, 0});
+    const NodeId contact = roadmap.add(start, touch.position);
+    tool.arrive(contact);
+    EXPECT_EQ(tool.contact().at, contact);
+    EXPECT_EQ(tool.contact().from, start);
+    // The way to the contact is split, as a crossing that is learned splits it.
+    const NodeId middle = roadmap.split(start, contact, {0, 0, 2});
+    tool.lift({0, 0, 1.25});
+    EXPECT_EQ(roadmap.at(tool.at()), Point(0, 0, 1.25));
+    EXPECT_DOUBLE_EQ(tool.account().travel, 0.25);
+    EXPECT_DOUBLE_EQ(oracle.travel_length, 0.25);
+    for (const Point& p : roadmap.short_path(tool.at(), middle).points) EXPECT_NE(p, roadmap.at(contact));
+    // A guarded move that meets S ends there, and says so; one that does not leaves the last contact as it was.
+    EXPECT_FALSE(tool.move_to({0.5, 0, 1.5}));
+    EXPECT_EQ(tool.contact().at, contact);
+    const NodeId from = tool.at();
+    const auto met = tool.move_to({0, 0, 0});
+    ASSERT_TRUE(met);
+    EXPECT_NEAR(met->position.norm(), 1, 1e-12);
+    EXPECT_EQ(tool.contact().at, tool.at());
+    EXPECT_EQ(tool.contact().from, from);
+    EXPECT_EQ(tool.account().contact, 2U);
+    EXPECT_EQ(tool.account().clear, 0U) << "a move asks for no answer";
+}
+
 }  // namespace
 }  // namespace palpate
