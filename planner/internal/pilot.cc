@@ -11,8 +11,10 @@ constexpr double kLift = 0.05;
 constexpr double kDetour = 4.0;
 // ... if the straight one is not longer than that many ε: a longer one leads through S more often than not.
 constexpr double kNear = 6.0;
-// After so many touches on the way to one place the tool goes round, however long that is.
+// After so many touches on the way to one place the tool goes round.
 constexpr int kMaxContacts = 6;
+// That often the tool goes out of ω and in again above the place, before it goes back over the roadmap.
+constexpr int kMaxRounds = 2;
 // What is in the way is passed higher every time, by this part of the way's length.
 constexpr double kOver = 0.5;
 
@@ -126,16 +128,46 @@ std::optional<Pilot::Met> Pilot::go_to(const HoverPlace& goal) {
     return probe(goal.point);
 }
 
+Vector Pilot::up_at(const Point& p) {
+    near_ = state_.nearest_sample(p, state_.cell_at(near_));
+    return inference_.has_clearance(near_) ? inference_.normal(near_) : Vector((p - state_.sample(near_)).normalized());
+}
+
+Pilot::Hop Pilot::go_round(const Point& goal) {
+    int& contacts = contacts_[key(goal)];
+    Roadmap& roadmap = state_.roadmap();
+    const Point start = roadmap.at(tool_.at());
+    const Vector out = up_at(start);
+    const Vector in = up_at(goal);
+    const auto chord_out = state_.workspace().clip(start, out);
+    const auto chord_in = state_.workspace().clip(goal, in);
+    if (!chord_out || !chord_in) return {};
+    std::optional<Met> met;
+    if (!roadmap.on_boundary(tool_.at())) {
+        met = probe(start + chord_out->high * out);
+        if (!met) {
+            const NodeId outside = roadmap.add_on_boundary(roadmap.at(tool_.at()));
+            roadmap.connect(tool_.at(), outside);
+            tool_.arrive(outside);
+        }
+    }
+    if (!met) {
+        tool_.go_to(roadmap.add_on_boundary(goal + chord_in->high * in));
+        met = probe(goal);
+    }
+    if (met) ++contacts;
+    return {true, met};
+}
+
 Pilot::Hop Pilot::hop(const Point& goal) {
     int& contacts = contacts_[key(goal)];
-    if (contacts >= kMaxContacts) return {};
+    if (contacts >= kMaxContacts) return contacts < kMaxContacts + kMaxRounds ? go_round(goal) : Hop{};
     const Point start = state_.roadmap().at(tool_.at());
     const double straight = (goal - start).norm();
     std::optional<Met> met;
     const int height = contacts + (straight > kNear * epsilon_ ? 1 : 0);
     if (height > 0) {
-        near_ = state_.nearest_sample(start, state_.cell_at(near_));
-        const Vector up = inference_.has_clearance(near_) ? inference_.normal(near_) : Vector((start - state_.sample(near_)).normalized());
+        const Vector up = up_at(start);
         const auto chord = state_.workspace().clip(start, up);
         if (chord) met = probe(start + std::min(kOver * height * straight, chord->high) * up);
     }

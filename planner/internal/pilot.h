@@ -52,6 +52,10 @@ private:
         std::optional<Met> met;
     };
     Hop hop(const Point& goal);
+    // Out of ω along S's normal here, and in along that at the goal.
+    Hop go_round(const Point& goal);
+    // S's normal at the nearest sample, or what is known of it.
+    [[nodiscard]] Vector up_at(const Point& p);
     std::optional<Met> follow(const FreeSpace::Way& way);
 
     MaintainedDelaunay& state_;
