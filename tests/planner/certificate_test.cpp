@@ -175,5 +175,47 @@ TEST(Certificate, PromisesIsotopyExactlyWhenCertified) {
     }
 }
 
+TEST(Certificate, NamesWhatInferredFacetsRestOn) {
+    Case c = good_case();
+    c.evidence.reach = ReachEvidence{};
+    c.evidence.reach->used = 1.5;
+    c.evidence.reach->inferred = 17;
+    EXPECT_EQ(c.certify().status, Status::certified);
+    EXPECT_EQ(premise(c.certify(), "inferred facets").state, State::assumed);
+    EXPECT_NE(premise(c.certify(), "inferred facets").detail.find("17 facets"), std::string::npos);
+    // Local bounds are a heuristic, unless a given bound implies them.
+    c.evidence.reach->is_local = true;
+    EXPECT_EQ(c.certify().status, Status::certified);
+    c.options.reach.reset();
+    const Certificate guessed = c.certify();
+    EXPECT_EQ(guessed.status, Status::conditional);
+    EXPECT_EQ(premise(guessed, "inferred facets").state, State::missing);
+    EXPECT_NE(guessed.statement.find("heuristic"), std::string::npos) << guessed.statement;
+    EXPECT_FALSE(promises_isotopy(guessed));
+    // A given bound that touches contradict carries nothing.
+    c.options.reach = 1.5;
+    c.evidence.reach->refuted = true;
+    c.evidence.reach->largest = 1.2;
+    const Certificate refuted = c.certify();
+    EXPECT_EQ(refuted.status, Status::refuted);
+    EXPECT_EQ(premise(refuted, "inferred facets").state, State::refuted);
+    EXPECT_NE(premise(refuted, "reach").detail.find("1.2 mm"), std::string::npos);
+}
+
+TEST(Certificate, NothingIsGuaranteedAfterABudgetOrWithBadFacets) {
+    Case c = good_case();
+    c.evidence.stopped_by = "99 probes";
+    EXPECT_EQ(c.certify().status, Status::incomplete);
+    EXPECT_NE(c.certify().statement.find("99 probes"), std::string::npos);
+    EXPECT_FALSE(promises_isotopy(c.certify()));
+    c = good_case();
+    c.evidence.has_facet_criteria = true;
+    EXPECT_EQ(c.certify().status, Status::certified);
+    EXPECT_EQ(premise(c.certify(), "sizing and angles").state, State::checked);
+    c.evidence.bad_facets = 3;
+    EXPECT_EQ(c.certify().status, Status::incomplete);
+    EXPECT_EQ(premise(c.certify(), "sizing and angles").state, State::refuted);
+}
+
 }  // namespace
 }  // namespace palpate
