@@ -29,8 +29,10 @@ public:
     // Whether a ball at a defect of Ŝ may still be refined (DESIGN section 4).
     [[nodiscard]] bool may_repair(double ball_radius) const { return ball_radius > floor_; }
     // No sample may come nearer to an earlier one than this, seeds and what is refined for angles aside: the packing bound on
-    // which termination rests (DESIGN section 3) is guarded numerically. `repair` samples keep a wider packing.
-    [[nodiscard]] double spacing(bool repair, const Point& p) const { return (repair ? floor_ : size_at(p)) * kRounding; }
+    // which termination rests (DESIGN section 3) is guarded numerically.
+    [[nodiscard]] double spacing(const Point& p) const { return size_at(p) * kRounding; }
+    // The same for repairs at defects.
+    [[nodiscard]] double repair_spacing() const { return floor_ * kRounding; }
     // The smallest spacing anywhere.
     [[nodiscard]] double least_spacing() const { return least_ * kRounding; }
 

@@ -52,7 +52,8 @@ void check_options(const Workspace& workspace, const Options& options) {
     }
     if (smallest < kLeastEpsilonPerCoordinate * coordinates) {
         std::ostringstream message;
-        message << (smallest < options.epsilon ? "the smallest size = " : "epsilon = ") << smallest << " mm is below 1e-8 of the workspace's coordinates (up to " << coordinates
+        message << (smallest < options.epsilon ? "the smallest size = " : "epsilon = ") << smallest
+                << " mm is below 1e-8 of the workspace's coordinates (up to " << coordinates
                 << " mm), too fine for double precision: make it larger, the workspace smaller, or move the workspace nearer to the origin";
         throw std::invalid_argument(message.str());
     }

@@ -70,7 +70,7 @@ std::vector<BadFacet> find_bad_facets(const MaintainedDelaunay& state, const Res
             if (u != kNone) bend = std::min(bend, radius_of_curvature(plane_of(mesh, corners), plane_of(mesh, mesh.triangles[u])));
         }
         if (criteria.is_bad(radius, centre)) {
-            bad.push_back({t, criteria.spacing(false, centre)});
+            bad.push_back({t, criteria.spacing(centre)});
         } else if (!at_seed && (criteria.is_too_flat(radius, bend) || criteria.is_skinny(a, b, c))) {
             bad.push_back({t, criteria.least_spacing()});
         }

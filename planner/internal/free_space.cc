@@ -84,10 +84,11 @@ std::optional<std::vector<std::uint32_t>> FreeSpace::hover_way(const HoverPlace&
 
 std::optional<FreeSpace::Way> FreeSpace::way(const HoverPlace& from, const HoverPlace& to) {
     Way way;
-    state_.adjacent_samples(to.home, way.lenses);
-    way.lenses.push_back(to.home);
-    way.lenses.push_back(from.home);
-    if (is_free(from.point, to.point, way.lenses)) {
+    std::vector<std::uint32_t> lenses;  // that the way may lead through
+    state_.adjacent_samples(to.home, lenses);
+    lenses.push_back(to.home);
+    lenses.push_back(from.home);
+    if (is_free(from.point, to.point, lenses)) {
         way.stops = {to};
         way.length = (to.point - from.point).norm();
         return way;
@@ -97,12 +98,12 @@ std::optional<FreeSpace::Way> FreeSpace::way(const HoverPlace& from, const Hover
     std::vector<HoverPlace> corners;
     for (const std::uint32_t s : *samples) corners.push_back({hover_point(s), s});
     corners.push_back(to);
-    way.lenses.insert(way.lenses.end(), samples->begin(), samples->end());
+    lenses.insert(lenses.end(), samples->begin(), samples->end());
     // Straight on to the farthest corner that the lenses along the way allow.
     Point at = from.point;
     for (std::size_t k = 0; k < corners.size(); ++k) {
         std::size_t farthest = corners.size() - 1;
-        while (farthest > k && !is_free(at, corners[farthest].point, way.lenses)) --farthest;
+        while (farthest > k && !is_free(at, corners[farthest].point, lenses)) --farthest;
         way.stops.push_back(corners[farthest]);
         way.length += (corners[farthest].point - at).norm();
         at = corners[farthest].point;

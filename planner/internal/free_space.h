@@ -25,9 +25,8 @@ struct HoverPlace {
 class FreeSpace {
 public:
     struct Way {
-        std::vector<HoverPlace> stops;      // to pass in turn, without the start
-        std::vector<std::uint32_t> lenses;  // that it leads through, and others
-        double length = 0.0;                // mm
+        std::vector<HoverPlace> stops;  // to pass in turn, without the start
+        double length = 0.0;            // mm
     };
 
     // `hover` (mm): height of the ways above S.

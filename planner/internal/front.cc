@@ -101,16 +101,10 @@ void Front::sweep() {
     }
 }
 
-void Front::note_missed(std::array<std::uint32_t, 3> facet) {
-    std::sort(facet.begin(), facet.end());
-    missed_.insert(facet);
-}
-
 void Front::note_audit(DirectedEdge e) {
-    auto facet = state_.facet_samples(e);
+    const auto facet = state_.facet_samples(e);
     const Point centre = (state_.sample(facet[0]) + state_.sample(facet[1]) + state_.sample(facet[2])) / 3;
-    std::sort(facet.begin(), facet.end());
-    tasks_.add({facet, 0, centre, state_.ticket(e)});
+    tasks_.add({in_order(facet), 0, centre, state_.ticket(e)});
 }
 
 // --- choosing --------------------------------------------------------------------------------------------------------
@@ -159,9 +153,7 @@ std::optional<FacetView> Front::facet_ahead(const OpenEdge& edge) {
             return v != edge.a && v != edge.b && (state_.sample(v) - edge.middle).dot(edge.ahead) > 0;
         });
         if (!is_ahead || !(circumradius(corners) < kLarge * options_.epsilon)) continue;
-        auto sorted = corners;
-        std::sort(sorted.begin(), sorted.end());
-        if (missed_.contains(sorted)) continue;
+        if (missed_.contains(in_order(corners))) continue;
         const std::optional<FacetView> view = inference_.view(e);
         if (!view || view->up.dot(edge.up) < kSteepest) continue;
         // How far S, if it were flat, would miss the dual edge.

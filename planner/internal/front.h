@@ -60,7 +60,7 @@ public:
     void sweep();
 
     // The facet's dual edge was touched, and whether S meets it is still not known.
-    void note_missed(std::array<std::uint32_t, 3> facet);
+    void note_missed(const std::array<std::uint32_t, 3>& facet) { missed_.insert(in_order(facet)); }
     // What to touch next, nearest to the tool first. Nothing when no open edge is left that a touch near it can close.
     [[nodiscard]] std::optional<FrontTouch> next(const Point& tool);
     [[nodiscard]] std::size_t open_count() const { return tasks_.size(); }

@@ -19,11 +19,6 @@ constexpr double kCaution = 0.5;
 // A clearance that a touch contradicts becomes smaller than the touch allows.
 constexpr double kBlocked = 0.8;
 
-std::array<std::uint32_t, 3> in_order(std::array<std::uint32_t, 3> facet) {
-    std::sort(facet.begin(), facet.end());
-    return facet;
-}
-
 }  // namespace
 
 double FacetView::ball_radius() const { return std::hypot(line.circumradius, std::max(std::abs(*exterior), std::abs(*interior))); }
@@ -33,11 +28,7 @@ double FacetView::ball_radius() const { return std::hypot(line.circumradius, std
 void Inference::sort_neighbors(const Apex& apex, std::vector<std::uint32_t>& samples) const {
     const Point& p = apex.position;
     std::erase_if(samples, [&](std::uint32_t b) { return (state_.sample(b) - p).norm() > range(apex); });
-    std::sort(samples.begin(), samples.end(), [&](std::uint32_t b, std::uint32_t c) {
-        const double db = (state_.sample(b) - p).squaredNorm();
-        const double dc = (state_.sample(c) - p).squaredNorm();
-        return db != dc ? db < dc : b < c;
-    });
+    state_.sort_by_distance(p, samples);
 }
 
 bool Inference::find_cone(Apex& apex, std::span<const std::uint32_t> neighbors) const {
@@ -66,7 +57,7 @@ void Inference::begin(std::uint32_t sample) {
     apex.normal = apex.cone.axis();
     double share = 1;
     for (const std::uint32_t b : neighbors_) share = std::min(share, curvature_share(apex, state_.sample(b) - apex.position));
-    if (share < 1) note({{sample}, share, 0, apex.position, {}, false});
+    if (share < 1) note({{sample}, share, 0, {}, false});
 }
 
 double Inference::curvature_share(const Apex& apex, const Vector& to) const {
@@ -109,7 +100,7 @@ void Inference::note_sample(std::uint32_t sample, const Vector& outwards) {
             if (!bound_.is_local) continue;
             other.normal = other.cone.axis();
             const double share = curvature_share(other, to);
-            if (share < 1) note({{b}, share, 0, apex.position, {}, false});
+            if (share < 1) note({{b}, share, 0, {}, false});
         } else {
             refute(b, apex.position, true);
             other.cone = {};
@@ -175,7 +166,7 @@ void Inference::contradict(std::span<const std::uint32_t> samples, const Point& 
     if (!is_worse(1)) return;
     std::ostringstream text;
     text << "S was not met at (" << x.transpose() << "), where the bound makes it cross";
-    note({{samples.begin(), samples.end()}, 1, 0, x, text.str()});
+    note({{samples.begin(), samples.end()}, 1, 0, text.str()});
 }
 
 void Inference::check_way(const Point& x, std::uint32_t home) {
@@ -189,7 +180,7 @@ void Inference::check_way(const Point& x, std::uint32_t home) {
     if (bound_.is_local || is_refuted()) return;
     std::ostringstream text;
     text << "the touch at (" << x.transpose() << ") was met on a way that the bound makes free";
-    note({{nearest}, 1, 0, x, text.str()});
+    note({{nearest}, 1, 0, text.str()});
 }
 
 void Inference::refute(std::uint32_t sample, const Point& x, bool touched) {
@@ -209,7 +200,7 @@ void Inference::refute(std::uint32_t sample, const Point& x, bool touched) {
     std::ostringstream text;
     text << (touched ? "the touch at (" : "the free place (") << x.transpose() << ") contradicts the normals that the samples around ("
          << apex.position.transpose() << ") allow";
-    note({{sample}, share, 0, x, text.str()});
+    note({{sample}, share, 0, text.str()});
 }
 
 void Inference::refute(const FacetView& seen) {
@@ -235,7 +226,7 @@ void Inference::refute(const FacetView& seen) {
     if (!is_worse(share)) return;
     std::ostringstream text;
     text << "the samples around (" << seen.line.origin.transpose() << ") would make a place there free and inside the object at once";
-    note({{seen.exterior_of, seen.interior_of}, share, 0, seen.line.origin, text.str()});
+    note({{seen.exterior_of, seen.interior_of}, share, 0, text.str()});
 }
 
 void Inference::lower(double share) {
@@ -262,9 +253,8 @@ void Inference::lower(std::uint32_t sample, double share) {
     for (const std::uint32_t w : found->second) begin(witnesses_[w]);
 }
 
-// A ball that touches S at b at most as large as its bound touches it beside b, too, if it is smaller by the distance: what
-// was refuted beside a new sample is not believed there either.
-double Inference::first_reach(std::uint32_t sample) {
+// What was refuted beside a new sample is not believed there either: distances to the medial axis differ by no more than samples do.
+double Inference::first_reach(std::uint32_t sample) const {
     double reach = bound_.reach;
     if (!bound_.is_local) return reach;
     for (const std::uint32_t b : ring_) {

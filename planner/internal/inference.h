@@ -38,8 +38,6 @@ struct FacetView {
     [[nodiscard]] bool is_crossed() const { return exterior && interior && *exterior <= top && *interior >= bottom; }
     // What lenses show cannot be: some bound or touch is wrong.
     [[nodiscard]] bool is_contradictory() const { return exterior && interior && *exterior <= *interior; }
-    // The whole edge lies on one side of S, as far as lenses reach.
-    [[nodiscard]] bool is_passed() const { return (exterior && bottom >= *exterior) || (interior && top <= *interior); }
     // Of the largest surface Delaunay ball that the gap allows. REQUIRES: exterior and interior.
     [[nodiscard]] double ball_radius() const;
 };
@@ -57,7 +55,6 @@ struct Refutation {
     std::vector<std::uint32_t> samples;  // whose bounds contradict each other, or what was found
     double share = 0.0;                  // of those bounds: the evidence allows no more
     double largest = 0.0;                // mm: so no bound for all of S above that can hold
-    Point where = Point::Zero();
     std::string evidence;
     bool is_proof = true;  // not caution: no bound above that share can hold
 };
@@ -141,7 +138,8 @@ private:
     void begin(Witness& witness);
     [[nodiscard]] bool is_worse(double share) const { return bound_.is_local || refutations_.empty() || share < refutations_[0].share; }
     void note(Refutation refutation);
-    [[nodiscard]] double first_reach(std::uint32_t sample);
+    // What a new sample's bound begins with. REQUIRES: ring_ holds the samples around.
+    [[nodiscard]] double first_reach(std::uint32_t sample) const;
     // Local bounds follow the curvature that samples around show.
     [[nodiscard]] double curvature_share(const Apex& apex, const Vector& to) const;
     void block(std::uint32_t sample, const Point& x);

@@ -250,6 +250,14 @@ void MaintainedDelaunay::adjacent_samples(std::uint32_t sample, std::vector<std:
     for (const Delaunay::Vertex_handle v : adjacent_) out.push_back(v->info());
 }
 
+void MaintainedDelaunay::sort_by_distance(const Point& p, std::vector<std::uint32_t>& samples) const {
+    std::sort(samples.begin(), samples.end(), [&](std::uint32_t b, std::uint32_t c) {
+        const double db = (sample(b) - p).squaredNorm();
+        const double dc = (sample(c) - p).squaredNorm();
+        return db != dc ? db < dc : b < c;
+    });
+}
+
 template <typename Visit>
 void MaintainedDelaunay::visit_facets_around(std::uint32_t a, std::uint32_t b, const EdgeTicket& hint, const Visit& visit) const {
     Delaunay::Cell_handle cell;

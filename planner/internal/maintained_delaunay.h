@@ -7,6 +7,7 @@
 #include <CGAL/Triangulation_cell_base_with_info_3.h>
 #include <CGAL/Triangulation_vertex_base_with_info_3.h>
 
+#include <algorithm>
 #include <array>
 #include <cstdint>
 #include <limits>
@@ -38,6 +39,12 @@ struct DirectedEdge {
 
     friend bool operator==(const DirectedEdge&, const DirectedEdge&) = default;
 };
+
+// A facet by its samples, whichever side it is seen from.
+[[nodiscard]] inline std::array<std::uint32_t, 3> in_order(std::array<std::uint32_t, 3> facet) {
+    std::sort(facet.begin(), facet.end());
+    return facet;
+}
 
 // The same edge for as long as its cell lives: CellIds are used again, generations are not.
 struct EdgeTicket {
@@ -100,6 +107,8 @@ public:
     [[nodiscard]] std::vector<CellId> cells_around(std::uint32_t sample) const;
     // The samples that a Delaunay edge joins to one.
     void adjacent_samples(std::uint32_t sample, std::vector<std::uint32_t>& out) const;
+    // Nearest to p first; among equals the older.
+    void sort_by_distance(const Point& p, std::vector<std::uint32_t>& samples) const;
     // The facets around a Delaunay edge, in turn, each from one side; none if a and b are not joined. Facets at infinity
     // are left out. `hint` may be a facet that had both; if it still is, nothing is searched.
     void facets_around(std::uint32_t a, std::uint32_t b, const EdgeTicket& hint, std::vector<DirectedEdge>& out) const;

@@ -7,9 +7,9 @@ namespace {
 
 // Of ε: how far the tool lifts off a touch before it goes elsewhere.
 constexpr double kLift = 0.05;
-// A way over the roadmap that is longer than the straight one by that factor is not worth its length, ...
+// A way over the roadmap that is longer than the straight one by that factor is not worth its length.
 constexpr double kDetour = 4.0;
-// ... if the straight one is not longer than that many ε: a longer one leads through S more often than not.
+// Farther than that many ε, straight ways lead through S more often than not: the first hop goes over it.
 constexpr double kNear = 6.0;
 // After so many touches on the way to one place the tool goes round.
 constexpr int kMaxContacts = 6;
@@ -31,12 +31,7 @@ std::optional<std::uint32_t> Pilot::home_of(const Point& p) {
     if (is_home(near_)) return near_;
     std::vector<std::uint32_t> around;
     state_.adjacent_samples(near_, around);
-    const auto nearer = [&](std::uint32_t b, std::uint32_t c) {
-        const double db = (state_.sample(b) - p).squaredNorm();
-        const double dc = (state_.sample(c) - p).squaredNorm();
-        return db != dc ? db < dc : b < c;
-    };
-    std::sort(around.begin(), around.end(), nearer);
+    state_.sort_by_distance(p, around);
     const auto home = std::find_if(around.begin(), around.end(), is_home);
     if (home == around.end()) return std::nullopt;
     return *home;

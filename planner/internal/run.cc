@@ -71,7 +71,7 @@ void Run::probe(DirectedEdge e) {
     const NodeId start = state_.probe_start(e, *along);
     if (growth_) {
         if (const auto met = growth_->approach(start, state_.facet_samples(e))) {
-            if (met->sample) add_sample(met->sample->position, met->sample->near, met->sample->touch, Touch::Role::refinement);
+            add_sample_of(*met);
             return;
         }
     }
@@ -98,7 +98,7 @@ void Run::on_contact(DirectedEdge e) {
         exploration_.note_crossing(e);
         if (growth_) growth_->note_crossing(e);
     } else if (options_.strategy.refine == Strategy::Refine::eager) {
-        insert(e, Touch::Role::refinement, criteria_.spacing(false, state_.crossing(e).near));
+        insert(e, Touch::Role::refinement, criteria_.spacing(state_.crossing(e).near));
     } else {
         const CrossingId id = state_.crossing_id(e);
         bad_.push_back({radius, id, state_.generation_of(id)});
@@ -123,12 +123,14 @@ void Run::add_sample(const Point& p, CellId near, std::uint32_t touch, Touch::Ro
     if (observer_.on_insertion) observer_.on_insertion(state_);
 }
 
+void Run::add_sample_of(const Growth::Step& step) {
+    if (step.sample) add_sample(step.sample->position, step.sample->near, step.sample->touch, Touch::Role::refinement);
+}
+
 bool Run::grow() {
     if (!growth_) return false;
     const std::optional<Growth::Step> step = growth_->step();
-    if (step && step->sample) {
-        add_sample(step->sample->position, step->sample->near, step->sample->touch, Touch::Role::refinement);
-    }
+    if (step) add_sample_of(*step);
     bool refuted = false;
     while (growth_->settle_refutation()) refuted = true;
     if (step) report();
@@ -141,7 +143,7 @@ bool Run::insert_worst() {
         const Bad worst = bad_.back();
         bad_.pop_back();
         if (const auto e = state_.edge_of(worst.id, worst.generation)) {
-            insert(*e, Touch::Role::refinement, criteria_.spacing(false, state_.crossing(*e).near));
+            insert(*e, Touch::Role::refinement, criteria_.spacing(state_.crossing(*e).near));
             return true;
         }
     }
@@ -195,10 +197,7 @@ bool Run::repair_defects() {
     std::vector<Bad> to_refine;
     const auto refine_largest = [&](const std::vector<std::uint32_t>& facets) {
         Bad largest;
-        for (const std::uint32_t facet : facets) {
-            const CrossingId id = state_.crossing_id(surface.dual_edges[facet]);
-            largest = std::max(largest, Bad{surface.ball_radii[facet], id, state_.generation_of(id)});
-        }
+        for (const std::uint32_t facet : facets) largest = std::max(largest, ball_of(surface, facet));
         if (criteria_.may_repair(largest.ball_radius)) to_refine.push_back(largest);
     };
     for (const Defect& defect : analyse_topology(surface.mesh).defects) refine_largest(defect.facets);
@@ -206,16 +205,7 @@ bool Run::repair_defects() {
     for (const std::uint32_t sample : unrepresented(surface)) refine_largest(facets_near(surface, sample));
     std::sort(to_refine.rbegin(), to_refine.rend());
     bool changed = false;
-    for (const Bad& ball : to_refine) {
-        const auto e = state_.edge_of(ball.id, ball.generation);
-        if (!e) continue;
-        if (state_.crossing(*e).inferred) {
-            growth_->distrust(*e);
-        } else {
-            insert(*e, Touch::Role::repair, criteria_.spacing(true, state_.crossing(*e).near));
-        }
-        changed = true;
-    }
+    for (const Bad& ball : to_refine) changed |= refine(ball, Touch::Role::repair, criteria_.repair_spacing());
     return changed;
 }
 
@@ -229,6 +219,7 @@ std::vector<BadFacet> Run::bad_facets(const RestrictedSurface& surface) const {
 }
 
 bool Run::refine_facets() {
+    if (!criteria_.look_at_facets()) return false;
     const RestrictedSurface surface = extract_surface(state_);
     std::vector<BadFacet> facets = bad_facets(surface);
     std::sort(facets.begin(), facets.end(), [&](const BadFacet& f, const BadFacet& g) {
@@ -237,40 +228,49 @@ bool Run::refine_facets() {
         return rf != rg ? rf > rg : f.facet < g.facet;
     });
     // By crossing, not by edge: an insertion may move or remove the next one.
-    std::vector<std::pair<CrossingId, std::uint32_t>> crossings;
-    for (const BadFacet& f : facets) {
-        const CrossingId id = state_.crossing_id(surface.dual_edges[f.facet]);
-        crossings.emplace_back(id, state_.generation_of(id));
-    }
+    std::vector<Bad> balls;
+    for (const BadFacet& f : facets) balls.push_back(ball_of(surface, f.facet));
     bool changed = false;
-    for (std::size_t k = 0; k < facets.size(); ++k) {
-        const auto e = state_.edge_of(crossings[k].first, crossings[k].second);
-        if (!e) continue;
-        if (state_.crossing(*e).inferred) {
-            growth_->distrust(*e);  // its centre has to be touched first
-        } else {
-            insert(*e, Touch::Role::refinement, facets[k].spacing);
-        }
-        changed = true;
-    }
+    for (std::size_t k = 0; k < facets.size(); ++k) changed |= refine(balls[k], Touch::Role::refinement, facets[k].spacing);
     return changed;
+}
+
+Run::Bad Run::ball_of(const RestrictedSurface& surface, std::uint32_t facet) const {
+    const CrossingId id = state_.crossing_id(surface.dual_edges[facet]);
+    return {surface.ball_radii[facet], id, state_.generation_of(id)};
+}
+
+bool Run::refine(const Bad& ball, Touch::Role role, double spacing) {
+    const auto e = state_.edge_of(ball.id, ball.generation);
+    if (!e) return false;
+    if (state_.crossing(*e).inferred) {
+        growth_->distrust(*e);
+    } else {
+        insert(*e, role, spacing);
+    }
+    return true;
 }
 
 bool Run::is_budget_used_up() {
     const Account& account = tool_.account();
     const Budget& budget = options_.budget;
-    std::ostringstream why;
+    // Asked before every action: nothing is built until it is used up.
+    const auto stop = [&](const auto& amount, const char* of_what) {
+        std::ostringstream why;
+        why << amount << of_what;
+        stopped_by_ = why.str();
+        return true;
+    };
     if (budget.probes && account.probes() >= *budget.probes) {
-        why << *budget.probes << " probes";
-    } else if (budget.displacement && account.displacement() >= *budget.displacement) {
-        why << *budget.displacement << " mm of displacement";
-    } else if (budget.machine_time && estimate_machine_time(account).count() >= *budget.machine_time) {
-        why << *budget.machine_time << " s of machine time";
-    } else {
-        return false;
+        return stop(*budget.probes, " probes");
     }
-    stopped_by_ = why.str();
-    return true;
+    if (budget.displacement && account.displacement() >= *budget.displacement) {
+        return stop(*budget.displacement, " mm of displacement");
+    }
+    if (budget.machine_time && estimate_machine_time(account).count() >= *budget.machine_time) {
+        return stop(*budget.machine_time, " s of machine time");
+    }
+    return false;
 }
 
 std::vector<std::uint32_t> Run::facets_near(const RestrictedSurface& surface, std::uint32_t sample) const {

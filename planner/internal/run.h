@@ -29,10 +29,24 @@ public:
     [[nodiscard]] Result result();
 
 private:
+    // A surface Delaunay ball, by its crossing: insertions move and remove edges.
+    struct Bad {
+        double ball_radius = 0.0;
+        CrossingId id = kNoCrossing;
+        std::uint32_t generation = 0;
+
+        // Largest ball first; among equals the first found.
+        friend bool operator<(const Bad& x, const Bad& y) {
+            return x.ball_radius != y.ball_radius ? x.ball_radius < y.ball_radius : x.id > y.id;
+        }
+    };
+
     void probe(DirectedEdge e);
     void on_contact(DirectedEdge e);
     void insert(DirectedEdge crossing, Touch::Role role, double spacing);
     void add_sample(const Point& p, CellId near, std::uint32_t touch, Touch::Role role);
+    // The sample that a step of the front found, if it found one.
+    void add_sample_of(const Growth::Step& step);
     // One step of the front. False if it has nothing to do.
     bool grow();
     // The thesis' refinement: the centre of the largest bad ball becomes a sample. False if there is none.
@@ -46,6 +60,9 @@ private:
     // Refines the facets of a closed Ŝ that do not fulfil the criteria of sizing and angles. False if there are none.
     bool refine_facets();
     [[nodiscard]] std::vector<BadFacet> bad_facets(const RestrictedSurface& surface) const;
+    [[nodiscard]] Bad ball_of(const RestrictedSurface& surface, std::uint32_t facet) const;
+    // Inserts the ball's centre, or has it touched first if it was inferred. False if it is gone.
+    bool refine(const Bad& ball, Touch::Role role, double spacing);
     // Between two actions, if a budget was given.
     [[nodiscard]] bool is_budget_used_up();
     // The facets of Ŝ at the Delaunay neighbours of a sample.
@@ -54,17 +71,6 @@ private:
     [[nodiscard]] std::vector<BadPlace> bad_places(const RestrictedSurface& surface, const Topology& topology) const;
     void report();
     [[nodiscard]] double estimate_fraction();
-
-    struct Bad {
-        double ball_radius = 0.0;
-        CrossingId id = kNoCrossing;
-        std::uint32_t generation = 0;
-
-        // Largest ball first; among equals the first found.
-        friend bool operator<(const Bad& x, const Bad& y) {
-            return x.ball_radius != y.ball_radius ? x.ball_radius < y.ball_radius : x.id > y.id;
-        }
-    };
 
     const Workspace& workspace_;
     const Options& options_;

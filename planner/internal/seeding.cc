@@ -24,6 +24,7 @@ constexpr std::size_t kExtraTouches = 3;
 constexpr double kRaySpacing = 0.25;
 constexpr double kSeedSize = 1.0 / 3.0;
 constexpr int kMaxHalvings = 5;
+static_assert(kRaySpacing / (1 << kMaxHalvings) >= kSeedSpacing, "touches on parallel rays are at least as far apart as the rays");
 
 std::string text(double x) {
     std::ostringstream out;

@@ -35,17 +35,17 @@ TEST(Criteria, RepairGoesDownToTheFloor) {
 
 TEST(Criteria, WhateverIsRefinedKeepsItsSpacing) {
     const Criteria c = criteria(3, 0.25);
-    EXPECT_LE(c.spacing(false, kHere), 3);
-    EXPECT_NEAR(c.spacing(false, kHere), 3, 1e-8);
-    EXPECT_LE(c.spacing(true, kHere), 0.75);
-    EXPECT_NEAR(c.spacing(true, kHere), 0.75, 1e-8);
+    EXPECT_LE(c.spacing(kHere), 3);
+    EXPECT_NEAR(c.spacing(kHere), 3, 1e-8);
+    EXPECT_LE(c.repair_spacing(), 0.75);
+    EXPECT_NEAR(c.repair_spacing(), 0.75, 1e-8);
     // A ball that is refined is empty, so its centre is its radius away from all samples.
     for (const double radius : {std::nextafter(3, 4), 3.1, 100.0}) {
         ASSERT_TRUE(c.is_bad(radius, kHere));
-        EXPECT_GE(radius, c.spacing(false, kHere));
+        EXPECT_GE(radius, c.spacing(kHere));
     }
     EXPECT_TRUE(c.may_repair(std::nextafter(0.75, 1)));
-    EXPECT_GE(std::nextafter(0.75, 1), c.spacing(true, kHere));
+    EXPECT_GE(std::nextafter(0.75, 1), c.repair_spacing());
 }
 
 TEST(Criteria, SizesGrowAwayFromRegionsUpToEpsilon) {
