@@ -11,14 +11,14 @@ std::string UnexpectedContact::message(const Point& where, const std::string& du
 
 void DeviceOracle::travel(std::span<const Point> path) {
     for (const Point& target : path) {
-        if (const MoveResult result = device_.guarded_move(target); result.outcome == MoveResult::Outcome::contact) {
+        if (const MoveResult result = device_.guarded_move(target, Pace::travel); result.outcome == MoveResult::Outcome::contact) {
             throw UnexpectedContact(result.position, "travel");
         }
     }
 }
 
 ProbeAnswer DeviceOracle::probe(const Point& target) {
-    const MoveResult result = device_.guarded_move(target);
+    const MoveResult result = device_.guarded_move(target, Pace::probe);
     return {result.outcome == MoveResult::Outcome::contact ? ProbeAnswer::Outcome::contact : ProbeAnswer::Outcome::clear, result.position};
 }
 

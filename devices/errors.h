@@ -1,4 +1,16 @@
 // What a device throws. Expected outcomes (contact, reached) are values, not exceptions.
+//
+//   DeviceError             any fault; the run can be resumed once the cause is gone
+//     UnexpectedContact     a touch where space was proven free
+//     ProbeClosed           the probe is closed where it has to be open: at the start of a move, at connect, after a retract
+//     OutOfLimits           a move that would leave the limits; nothing was sent
+//     ConnectionLost        the port or the peer is gone
+//     DeviceTimeout         an answer did not come
+//     DeviceRefused         the machine refused a command (GRBL error:N, a Modbus exception)
+//     DeviceAlarm           the machine is in alarm, or locked
+//     PositionLost          nobody knows where the tool is: home first
+//     BadAnswer             an answer that cannot be true
+//     Stopped               the operator asked for it
 #pragma once
 
 #include <stdexcept>
@@ -8,7 +20,6 @@
 
 namespace palpate {
 
-// A fault of a device or of the way to it. The run can be resumed once the cause is gone.
 class DeviceError : public std::runtime_error {
 public:
     using std::runtime_error::runtime_error;
@@ -24,6 +35,62 @@ public:
 private:
     static std::string message(const Point& where, const std::string& during);
     Point where_;
+};
+
+class ProbeClosed : public DeviceError {
+public:
+    using DeviceError::DeviceError;
+};
+
+class OutOfLimits : public DeviceError {
+public:
+    using DeviceError::DeviceError;
+};
+
+class ConnectionLost : public DeviceError {
+public:
+    using DeviceError::DeviceError;
+};
+
+class DeviceTimeout : public DeviceError {
+public:
+    using DeviceError::DeviceError;
+};
+
+class DeviceRefused : public DeviceError {
+public:
+    DeviceRefused(int code, const std::string& message) : DeviceError(message), code_(code) {}
+
+    [[nodiscard]] int code() const { return code_; }
+
+private:
+    int code_;
+};
+
+class DeviceAlarm : public DeviceError {
+public:
+    // `code` 0: locked, and the machine did not say why.
+    DeviceAlarm(int code, const std::string& message) : DeviceError(message), code_(code) {}
+
+    [[nodiscard]] int code() const { return code_; }
+
+private:
+    int code_;
+};
+
+class PositionLost : public DeviceError {
+public:
+    using DeviceError::DeviceError;
+};
+
+class BadAnswer : public DeviceError {
+public:
+    using DeviceError::DeviceError;
+};
+
+class Stopped : public DeviceError {
+public:
+    using DeviceError::DeviceError;
 };
 
 }  // namespace palpate

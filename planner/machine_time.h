@@ -7,16 +7,18 @@
 
 namespace palpate {
 
+using Seconds = std::chrono::duration<double>;
+
 // A small CNC with a touch probe; what users' logs show (a touch costs 0.5 to 8 s).
 struct MachineRates {
     double travel_feed_mm_per_s = 40.0;
     double probe_feed_mm_per_s = 5.0;
-    std::chrono::duration<double> touch{1.5};  // stop, retract, latch, and the answer, per contact
+    Seconds touch{1.5};  // stop, retract, latch, and the answer, per contact
 };
 
 // Constant feeds; accelerations are not counted.
-[[nodiscard]] inline std::chrono::duration<double> estimate_machine_time(const Account& account, const MachineRates& rates = {}) {
-    const std::chrono::duration<double> moving{account.travel / rates.travel_feed_mm_per_s + account.probing / rates.probe_feed_mm_per_s};
+[[nodiscard]] inline Seconds estimate_machine_time(const Account& account, const MachineRates& rates = {}) {
+    const Seconds moving{account.travel / rates.travel_feed_mm_per_s + account.probing / rates.probe_feed_mm_per_s};
     return moving + static_cast<double>(account.contact) * rates.touch;
 }
 

@@ -39,7 +39,7 @@ MoveResult SimulatedDevice::cast(const Point& target) const {
     return hit ? MoveResult{MoveResult::Outcome::contact, *hit} : MoveResult{MoveResult::Outcome::reached, target};
 }
 
-MoveResult SimulatedDevice::guarded_move(const Point& target) {
+MoveResult SimulatedDevice::guarded_move(const Point& target, Pace /*pace*/) {
     if (!target.allFinite()) throw DeviceError("simulated probe: the target of a move is not finite; give three numbers in mm");
     MoveResult result = cast(target);
     audit_.record({position_, result.position});

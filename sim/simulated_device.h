@@ -26,7 +26,7 @@ public:
 
     [[nodiscard]] Point position() const override { return position_; }
     // Throws DeviceError if `target` is not finite. A move of no length reaches its target.
-    [[nodiscard]] MoveResult guarded_move(const Point& target) override;
+    [[nodiscard]] MoveResult guarded_move(const Point& target, Pace pace) override;
     // Does nothing: moves take no time, so there is never one to end.
     void stop() override {}
 

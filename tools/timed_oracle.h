@@ -4,11 +4,10 @@
 #include <chrono>
 #include <span>
 
+#include "planner/machine_time.h"
 #include "planner/surface_oracle.h"
 
 namespace palpate {
-
-using Seconds = std::chrono::duration<double>;
 
 // Adds to `total` for as long as it lives.
 class Stopwatch {

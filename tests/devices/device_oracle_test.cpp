@@ -18,7 +18,8 @@ public:
     explicit FakeDevice(double wall) : wall_(wall) {}
 
     [[nodiscard]] Point position() const override { return position_; }
-    [[nodiscard]] MoveResult guarded_move(const Point& target) override {
+    [[nodiscard]] MoveResult guarded_move(const Point& target, Pace pace) override {
+        paces.push_back(pace);
         if (moves.size() == fault_at) throw DeviceError("cable pulled");
         moves.push_back(target);
         if (target.x() < wall_) {
@@ -31,6 +32,7 @@ public:
     void stop() override { ++stops; }
 
     std::vector<Point> moves;
+    std::vector<Pace> paces;
     int stops = 0;
     std::size_t fault_at = ~std::size_t{0};
 
@@ -45,6 +47,7 @@ TEST(DeviceOracle, TravelMovesThroughEveryPointInTurn) {
     const std::vector<Point> path = {{1, 0, 0}, {1, 2, 0}, {1, 2, 3}};
     oracle.travel(path);
     EXPECT_EQ(device.moves, path);
+    EXPECT_EQ(device.paces, std::vector<Pace>(3, Pace::travel));
     EXPECT_EQ(oracle.position(), Point(1, 2, 3));
     oracle.travel({});
     EXPECT_EQ(device.moves.size(), 3U);
@@ -81,6 +84,7 @@ TEST(DeviceOracle, ProbeThatReachesItsTargetIsClear) {
     EXPECT_EQ(answer.outcome, ProbeAnswer::Outcome::clear);
     EXPECT_EQ(answer.position, Point(1, 7, 0));
     EXPECT_EQ(device.moves, std::vector<Point>({{1, 7, 0}}));
+    EXPECT_EQ(device.paces, std::vector<Pace>({Pace::probe}));
 }
 
 TEST(DeviceOracle, ProbeThatIsStoppedIsAContactWhereItStopped) {

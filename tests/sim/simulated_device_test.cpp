@@ -16,11 +16,11 @@ using Outcome = MoveResult::Outcome;
 TEST(SimulatedDeviceTest, StopsAtTheFirstContactAndRestsThere) {
     const HiddenObject object(ShapeSpec{SphereSpec{1.0}});
     SimulatedDevice device(object, {3, 0, 0});
-    const MoveResult touch = device.guarded_move({-3, 0, 0});
+    const MoveResult touch = device.guarded_move({-3, 0, 0}, Pace::probe);
     EXPECT_EQ(touch.outcome, Outcome::contact);
     EXPECT_NEAR(touch.position.x(), 1.0, 1e-15);
     EXPECT_EQ(device.position(), touch.position);
-    const MoveResult away = device.guarded_move({4.0, 4.0, 0.0});
+    const MoveResult away = device.guarded_move({4.0, 4.0, 0.0}, Pace::probe);
     EXPECT_EQ(away.outcome, Outcome::reached);
     EXPECT_EQ(away.position, Point(4.0, 4.0, 0.0));
     EXPECT_EQ(device.moves(), 2U);
@@ -31,24 +31,24 @@ TEST(SimulatedDeviceTest, StopsAtTheFirstContactAndRestsThere) {
 TEST(SimulatedDeviceTest, AMoveIntoTheSolidFromAContactIsAContactWhereItStarted) {
     const HiddenObject object(ShapeSpec{SphereSpec{1.0}});
     SimulatedDevice device(object, {3, 0, 0});
-    const Point touch = device.guarded_move(Point::Zero()).position;
+    const Point touch = device.guarded_move(Point::Zero(), Pace::probe).position;
     for (const Point& target : {Point(-3, 0, 0), Point(0.5, 0.5, 0), Point(1.0 - 1e-12, 0, 0)}) {
-        const MoveResult again = device.guarded_move(target);
+        const MoveResult again = device.guarded_move(target, Pace::probe);
         EXPECT_EQ(again.outcome, Outcome::contact);
         EXPECT_EQ(again.position, touch);
     }
     EXPECT_EQ(device.unsafe_moves(), 0U);
-    EXPECT_EQ(device.guarded_move({1.0 + 1e-12, 0, 0}).outcome, Outcome::reached);
-    EXPECT_EQ(device.guarded_move({3, 0, 0}).outcome, Outcome::reached);
+    EXPECT_EQ(device.guarded_move({1.0 + 1e-12, 0, 0}, Pace::probe).outcome, Outcome::reached);
+    EXPECT_EQ(device.guarded_move({3, 0, 0}, Pace::probe).outcome, Outcome::reached);
 }
 
 TEST(SimulatedDeviceTest, LeavesAPointOfTheSurfaceThatItReachedWithoutContact) {
     const HiddenObject object(ShapeSpec{RoundedBoxSpec{{2, 2, 2}, 0.0}});
     SimulatedDevice device(object, {3, 0, 0});
-    EXPECT_NEAR(device.guarded_move({1, 0, 0}).position.x(), 1.0, 1e-15);
-    EXPECT_EQ(device.guarded_move({3, 0, 0}).outcome, Outcome::reached);
+    EXPECT_NEAR(device.guarded_move({1, 0, 0}, Pace::probe).position.x(), 1.0, 1e-15);
+    EXPECT_EQ(device.guarded_move({3, 0, 0}, Pace::probe).outcome, Outcome::reached);
     SimulatedDevice starting(object, {1, 0, 0});
-    EXPECT_EQ(starting.guarded_move({3, 0, 0}).outcome, Outcome::reached);
+    EXPECT_EQ(starting.guarded_move({3, 0, 0}, Pace::probe).outcome, Outcome::reached);
     EXPECT_EQ(device.unsafe_moves() + starting.unsafe_moves(), 0U);
 }
 
@@ -58,9 +58,9 @@ TEST(SimulatedDeviceTest, RefusesAStartInsideAndPositionsThatAreNotFinite) {
     const double nan = std::numeric_limits<double>::quiet_NaN();
     EXPECT_THROW(SimulatedDevice(object, Point(nan, 0, 0)), DeviceError);
     SimulatedDevice device(object, {3, 0, 0});
-    EXPECT_THROW((void)device.guarded_move({nan, 0, 0}), DeviceError);
+    EXPECT_THROW((void)device.guarded_move({nan, 0, 0}, Pace::probe), DeviceError);
     EXPECT_EQ(device.moves(), 0U);
-    EXPECT_EQ(device.guarded_move({3, 0, 0}).outcome, Outcome::reached);
+    EXPECT_EQ(device.guarded_move({3, 0, 0}, Pace::probe).outcome, Outcome::reached);
     device.stop();
     EXPECT_EQ(device.position(), Point(3, 0, 0));
 }
@@ -82,7 +82,7 @@ TEST(SimulatedDeviceTest, RandomWalksStayOutsideEveryObject) {
         for (int i = 0; i < 5000; ++i) {
             const Point before = device.position();
             const Point target = random.around(object.bounds(), 0.3);
-            const MoveResult result = device.guarded_move(target);
+            const MoveResult result = device.guarded_move(target, Pace::probe);
             path += (result.position - before).norm();
             ASSERT_FALSE(object.contains(result.position) && object.distance(result.position) > 1e-12 * object.scale());
             if (result.outcome == Outcome::reached) {
