@@ -1,8 +1,29 @@
 #include "devices/device_oracle.h"
 
+#include <Eigen/Geometry>
+#include <algorithm>
+#include <numbers>
+
 #include "devices/errors.h"
 
 namespace palpate {
+namespace {
+
+using Outcome = MoveResult::Outcome;
+
+// Ways beside a touch that are tried, in so many directions around the way, ...
+constexpr int kDirections = 6;
+// ... first by this part of what is allowed, then by all of it.
+constexpr double kFirstOffset = 0.4;
+
+Point nearest_on(const Segment& way, const Point& p) {
+    const Vector along = way.target - way.source;
+    const double squared = along.squaredNorm();
+    if (squared == 0) return way.source;
+    return way.source + std::clamp((p - way.source).dot(along) / squared, 0.0, 1.0) * along;
+}
+
+}  // namespace
 
 std::string UnexpectedContact::message(const Point& where, const std::string& during) {
     return "touched something at (" + std::to_string(where.x()) + ", " + std::to_string(where.y()) + ", " + std::to_string(where.z()) +
@@ -11,15 +32,56 @@ std::string UnexpectedContact::message(const Point& where, const std::string& du
 
 void DeviceOracle::travel(std::span<const Point> path) {
     for (const Point& target : path) {
-        if (const MoveResult result = device_.guarded_move(target, Pace::travel); result.outcome == MoveResult::Outcome::contact) {
-            throw UnexpectedContact(result.position, "travel");
+        travel_to(target);
+        position_ = target;
+    }
+}
+
+void DeviceOracle::travel_to(const Point& target) {
+    const MoveResult result = device_.guarded_move(target, Pace::travel);
+    if (result.outcome == Outcome::reached) return;
+    const Point& touched = result.position;
+    if (touch_error_ > 0) {
+        const bool is_there = (touched - target).norm() <= kGraze * touch_error_;
+        if (is_there ? stop_short(touched, target) : pass_beside(touched, target)) {
+            ++grazes_;
+            return;
         }
     }
+    position_ = device_.position();
+    throw UnexpectedContact(touched, "travel");
+}
+
+bool DeviceOracle::stop_short(const Point& touched, const Point& target) {
+    const Vector back = device_.position() - target;
+    const Point before = touched + kGraze * touch_error_ * back.normalized();
+    if (back.norm() <= (before - target).norm()) return true;  // the device rests nearer already
+    return device_.guarded_move(before, Pace::travel).outcome == Outcome::reached;
+}
+
+bool DeviceOracle::pass_beside(const Point& touched, const Point& target) {
+    const Vector way = (target - touched).normalized();
+    const Vector x = way.unitOrthogonal();
+    const Vector y = way.cross(x);
+    for (const double share : {kFirstOffset, 1.0}) {
+        for (int k = 0; k < kDirections; ++k) {
+            const double angle = 2 * std::numbers::pi * k / kDirections;
+            const Point beside = touched + share * kGraze * touch_error_ * (std::cos(angle) * x + std::sin(angle) * y);
+            if (device_.guarded_move(beside, Pace::probe).outcome != Outcome::reached) continue;
+            if (device_.guarded_move(target, Pace::travel).outcome == Outcome::reached) return true;
+        }
+    }
+    return false;
 }
 
 ProbeAnswer DeviceOracle::probe(const Point& target) {
     const MoveResult result = device_.guarded_move(target, Pace::probe);
-    return {result.outcome == MoveResult::Outcome::contact ? ProbeAnswer::Outcome::contact : ProbeAnswer::Outcome::clear, result.position};
+    if (result.outcome == Outcome::reached) {
+        position_ = target;
+        return {ProbeAnswer::Outcome::clear, target};
+    }
+    position_ = touch_error_ == 0 ? result.position : nearest_on({position_, target}, result.position);
+    return {ProbeAnswer::Outcome::contact, position_};
 }
 
 }  // namespace palpate

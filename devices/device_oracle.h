@@ -1,24 +1,49 @@
 // The planner's SurfaceOracle on any ProbeDevice: every motion, travel too, is a guarded move.
 #pragma once
 
+#include <cstdint>
+
 #include "devices/probe_device.h"
 #include "planner/surface_oracle.h"
 
 namespace palpate {
 
+// A machine is never exactly where the planner wants it: its numbers have a resolution, its touches an error. The planner is told of
+// the lines that it asked for, and touches are put on them: all errors are then touches beside S, which it reckons with
+// (Options::touch_error).
+//
+// Free space is free up to that error only. A way that S grazes within it is touched although it was proven free; the oracle stops short of
+// a place that it cannot quite reach, and passes beside one that it cannot go through, by kGraze errors at most. What it cannot
+// pass so is a contradiction.
 class DeviceOracle final : public SurfaceOracle {
 public:
-    // `device` must outlive the oracle.
-    explicit DeviceOracle(ProbeDevice& device) : device_(device) {}
+    // `device` must outlive the oracle. `touch_error` (mm): touches may lie beside S by that; 0 for a device that is exact.
+    explicit DeviceOracle(ProbeDevice& device, double touch_error = 0.0)
+        : device_(device), touch_error_(touch_error), position_(device.position()) {}
 
-    [[nodiscard]] Point position() const override { return device_.position(); }
-    // Throws UnexpectedContact if the probe touches anything on the way, and DeviceError on a fault.
+    [[nodiscard]] Point position() const override { return position_; }
+    // Throws UnexpectedContact if S is in the way, and DeviceError on a fault.
     void travel(std::span<const Point> path) override;
     // Throws DeviceError on a fault.
     [[nodiscard]] ProbeAnswer probe(const Point& target) override;
 
+    // Touches on travel that were passed so.
+    [[nodiscard]] std::uint64_t grazes() const { return grazes_; }
+
+    // Of the touch error: how near to a place counts as there, and how far beside a way counts as on it.
+    static constexpr double kGraze = 10.0;
+
 private:
+    void travel_to(const Point& target);
+    // To a place just before `touched`, which is `target` as far as touches can tell. False if S is there, too.
+    [[nodiscard]] bool stop_short(const Point& touched, const Point& target);
+    // Past `touched`, which is on the straight way to `target`: beside it. False if S is there, too.
+    [[nodiscard]] bool pass_beside(const Point& touched, const Point& target);
+
     ProbeDevice& device_;
+    const double touch_error_;
+    Point position_;  // where the planner has the tool
+    std::uint64_t grazes_ = 0;
 };
 
 }  // namespace palpate

@@ -64,6 +64,9 @@ struct Options {
     Sizing sizing;
     double min_angle = 0.0;  // rad, in [0, π/6]: triangles with a smaller angle are refined, away from seeds (thesis 5.3)
     Budget budget;
+    // What a machine can do; 0 for an exact oracle.
+    double touch_error = 0.0;  // mm: touches may lie beside S by that, and the tool beside its line
+    double retract = 0.0;      // mm: the tool lifts off a touch at least so far before it goes elsewhere
 };
 
 }  // namespace palpate

@@ -14,6 +14,8 @@ namespace {
 // Coordinates are doubles, with 2^-53 ~ 1e-16 of relative rounding; seed facets are ε/64 small, circumcentres lose some
 // 1e5 of it (internal/dual_line.h). Below this share of the coordinates, ε is not safely above that.
 constexpr double kLeastEpsilonPerCoordinate = 1e-8;
+// DESIGN section 7.
+constexpr double kLeastEpsilonPerTouchError = 20.0;
 // Squares and cubes of lengths must stay in the range of double.
 constexpr double kRounding = 1e-12;
 constexpr double kLeastLength_mm = 1e-30;
@@ -46,6 +48,14 @@ void check_options(const Workspace& workspace, const Options& options) {
     if (sizing.smallest && sizing.radii_of_curvature > 0) smallest = std::min(smallest, *sizing.smallest);
     if (!(options.min_angle >= 0 && options.min_angle <= std::numbers::pi / 6 + kRounding))
         throw std::invalid_argument("min_angle must lie in [0, 30] degrees: above, refinement need not end");
+    if (!(options.touch_error >= 0 && std::isfinite(options.touch_error)) || !(options.retract >= 0 && std::isfinite(options.retract)))
+        throw std::invalid_argument("touch_error and retract must be finite and not negative");
+    if (smallest < kLeastEpsilonPerTouchError * options.touch_error) {
+        std::ostringstream message;
+        message << "epsilon = " << smallest << " mm is below " << kLeastEpsilonPerTouchError << " x what touches may be wrong by, "
+                << options.touch_error << " mm: make it larger, or measure more exactly";
+        throw std::invalid_argument(message.str());
+    }
     const double coordinates = workspace.center().cwiseAbs().maxCoeff() + workspace.radius();
     if (coordinates > kGreatestLength_mm || smallest < kLeastLength_mm) {
         throw std::invalid_argument("workspace or epsilon is out of the range of lengths, 1e-30 to 1e30 mm: choose other units");

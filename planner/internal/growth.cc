@@ -6,7 +6,7 @@
 namespace palpate {
 namespace {
 
-// Touches may be wrong by that part of ω's radius: far above the rounding of dual edges.
+// Touches may be wrong by that part of ω's radius at least: far above the rounding of dual edges.
 constexpr double kMargin = 1e-9;
 // Samples within that many ε help to know each other's normals: the ring of neighbours and a little more.
 constexpr double kRange = 4.0;
@@ -41,10 +41,10 @@ Growth::Growth(MaintainedDelaunay& state, Tool& tool, const Workspace& workspace
       tool_(tool),
       options_(options),
       criteria_(criteria),
-      inference_(state, bound(options), kRange * options.epsilon, kMargin * workspace.radius()),
+      inference_(state, bound(options), kRange * options.epsilon, std::max(kMargin * workspace.radius(), options.touch_error)),
       front_(state, inference_,
              {options.epsilon, options.standoff.value_or(options.epsilon), Front::kGrowth, options.audit, options.random_seed}),
-      pilot_(state, tool, inference_, options.epsilon),
+      pilot_(state, tool, inference_, options.epsilon, options.retract),
       grows_(grows(options.strategy)) {
     inference_.watch(observer.on_inference);
     note_seeds(0);

@@ -414,6 +414,10 @@ Point MaintainedDelaunay::probe_target(DirectedEdge e, const EdgeSpan& along) co
 
 NodeId MaintainedDelaunay::learn_clear(DirectedEdge e, const EdgeSpan& along, NodeId start, const Point& end) {
     const DirectedEdge back = opposite(e);
+    if (touch_error_ > 0 && record(back).state == EdgeState::crossing) {
+        ++grazes_;
+        drop_crossing(record(back));
+    }
     if (record(back).state == EdgeState::crossing) {
         const Crossing touched = crossing(back);
         if ((touched.near - roadmap_.at(start)).norm() > kSamePlace * workspace_.radius()) {

@@ -66,7 +66,9 @@ struct EdgeSpan {
 
 class MaintainedDelaunay {
 public:
-    explicit MaintainedDelaunay(const Workspace& workspace) : workspace_(workspace), roadmap_(workspace) {}
+    // `touch_error` (mm): touches and ways may be off by that.
+    explicit MaintainedDelaunay(const Workspace& workspace, double touch_error = 0.0)
+        : workspace_(workspace), touch_error_(touch_error), roadmap_(workspace) {}
     MaintainedDelaunay(const MaintainedDelaunay&) = delete;
     MaintainedDelaunay& operator=(const MaintainedDelaunay&) = delete;
 
@@ -163,8 +165,9 @@ public:
     NodeId probe_start(DirectedEdge e, const EdgeSpan& along);
     // Where such a probe aims: the far end, exactly where the tool has been if it has.
     [[nodiscard]] Point probe_target(DirectedEdge e, const EdgeSpan& along) const;
-    // The whole edge turned out free. Returns the node where the tool is now, at `end`. Throws ContradictionError if the
-    // edge was touched from its other end, unless that was at `start` itself.
+    // The whole edge turned out free. Returns the node where the tool is now, at `end`. If the edge was touched from its other
+    // end: with exact touches that throws ContradictionError, unless it was at `start` itself; otherwise S only grazes the edge,
+    // and the later answer holds.
     NodeId learn_clear(DirectedEdge e, const EdgeSpan& along, NodeId start, const Point& end);
     // S was touched on the edge at roadmap node `contact`, coming from node `from` of the edge: its start, or (not
     // from_vertex) a point q within. `touch` numbers the touch for the caller.
@@ -177,6 +180,8 @@ public:
     // The tool came along the edge's whole line from outside ω (node `entry`), past the edge's start, to `contact`.
     void learn_contact_from_outside(DirectedEdge e, const EdgeSpan& along, NodeId entry, NodeId contact, std::uint32_t touch);
 
+    // Touches that a later answer took back.
+    [[nodiscard]] std::uint64_t grazes() const { return grazes_; }
     [[nodiscard]] const Workspace& workspace() const { return workspace_; }
     [[nodiscard]] Roadmap& roadmap() { return roadmap_; }
     [[nodiscard]] const Roadmap& roadmap() const { return roadmap_; }
@@ -225,6 +230,8 @@ private:
     void inherit(const HoleFacet& facet, const Point& p);
 
     const Workspace workspace_;
+    const double touch_error_;
+    std::uint64_t grazes_ = 0;
     Delaunay delaunay_;
     Roadmap roadmap_;
     std::vector<Point> samples_;

@@ -5,7 +5,7 @@
 namespace palpate {
 namespace {
 
-// Of ε: how far the tool lifts off a touch before it goes elsewhere.
+// Of ε: how far the tool lifts off a touch at least before it goes elsewhere.
 constexpr double kLift = 0.05;
 // A way over the roadmap that is longer than the straight one by that factor is not worth its length.
 constexpr double kDetour = 4.0;
@@ -21,6 +21,14 @@ constexpr double kOver = 0.5;
 std::array<double, 3> key(const Point& p) { return {p.x(), p.y(), p.z()}; }
 
 }  // namespace
+
+Pilot::Pilot(MaintainedDelaunay& state, Tool& tool, const Inference& inference, double epsilon, double retract)
+    : state_(state),
+      tool_(tool),
+      inference_(inference),
+      free_space_(state, inference, epsilon),
+      epsilon_(epsilon),
+      lift_(std::max(kLift * epsilon, retract)) {}
 
 // --- places ----------------------------------------------------------------------------------------------------------
 
@@ -72,10 +80,10 @@ void Pilot::lift() {
     const Point touched = roadmap.at(contact);
     const Vector way = roadmap.at(from) - touched;
     const double length = way.norm();
-    const bool is_short = length <= 2 * kLift * epsilon_;
+    const bool is_short = length <= 2 * lift_;
     // From a place beside S that it hardly left the tool could not get away again.
     if (from != lifted_ || !is_short) retreat_ = from;
-    const Point lifted = touched + kLift * epsilon_ / length * way;
+    const Point lifted = touched + lift_ / length * way;
     if (is_short || !home_of(lifted)) return tool_.go_to(retreat_);
     tool_.lift(lifted);
     lifted_ = tool_.at();

@@ -16,9 +16,8 @@ namespace palpate {
 
 class Pilot {
 public:
-    // `epsilon` (mm): how far samples are apart. All arguments must outlive it.
-    Pilot(MaintainedDelaunay& state, Tool& tool, const Inference& inference, double epsilon)
-        : state_(state), tool_(tool), inference_(inference), free_space_(state, inference, epsilon), epsilon_(epsilon) {}
+    // `epsilon` (mm): how far samples are apart. `retract` (mm): the least lift off a touch. All references must outlive it.
+    Pilot(MaintainedDelaunay& state, Tool& tool, const Inference& inference, double epsilon, double retract);
 
     // S, met on a way. `in_lens`: where a lens says that it is not.
     struct Met {
@@ -63,6 +62,7 @@ private:
     const Inference& inference_;
     FreeSpace free_space_;
     const double epsilon_;
+    const double lift_;                              // mm
     std::uint32_t near_ = 0;                         // a sample near the tool
     NodeId lifted_ = kNoNode;                        // where the tool lifted to from its last contact, ...
     NodeId retreat_ = kNoNode;                       // ... and a place before it that is not beside S

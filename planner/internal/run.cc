@@ -35,7 +35,7 @@ Run::Run(SurfaceOracle& oracle, const Workspace& workspace, const Options& optio
       options_(options),
       observer_(observer),
       criteria_(options),
-      state_(workspace),
+      state_(workspace, options.touch_error),
       tool_(oracle, workspace, state_.roadmap()),
       exploration_(state_, options.strategy.explore),
       touched_min_(Point::Constant(std::numeric_limits<double>::infinity())),

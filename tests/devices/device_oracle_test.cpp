@@ -2,6 +2,8 @@
 
 #include <gtest/gtest.h>
 
+#include <Eigen/Geometry>
+#include <cmath>
 #include <cstddef>
 #include <optional>
 #include <string>
@@ -104,6 +106,85 @@ TEST(DeviceOracle, FaultsPassThrough) {
     EXPECT_THROW(oracle.travel(path), DeviceError);
     EXPECT_EQ(device.moves.size(), 1U);
     EXPECT_THROW((void)oracle.probe({0, 0, 0}), DeviceError);
+}
+
+// A ball of radius 1 at the origin; stops `retract` before what it touches, and rounds to `resolution`.
+class BallDevice final : public ProbeDevice {
+public:
+    explicit BallDevice(const Point& start) : position_(start) {}
+
+    [[nodiscard]] Point position() const override { return position_; }
+    [[nodiscard]] MoveResult guarded_move(const Point& target, Pace /*pace*/) override {
+        ++moves;
+        const Vector way = target - position_;
+        const double length = way.norm();
+        if (length == 0) return {MoveResult::Outcome::reached, target};
+        const Vector u = way / length;
+        const double b = position_.dot(u);
+        const double root = b * b - position_.squaredNorm() + 1;
+        const double at = root < 0 ? length + 1 : -b - std::sqrt(root);
+        if (at < 0 || at > length) {
+            position_ = target;
+            return {MoveResult::Outcome::reached, target};
+        }
+        const Point touched = position_ + at * u;
+        position_ = touched - std::min(at, retract) * u;
+        return {MoveResult::Outcome::contact, touched};
+    }
+    void stop() override {}
+
+    double retract = 0.1;
+    int moves = 0;
+
+private:
+    Point position_;
+};
+
+constexpr double kTouchError = 1e-3;
+
+TEST(DeviceOracle, AWayThatSGrazesWithinTheTouchErrorIsPassedBesideIt) {
+    for (const double depth : {1e-6, 0.5e-3, 3e-3, 8e-3}) {
+        BallDevice device({-2, 0, 1 - depth});
+        DeviceOracle oracle(device, kTouchError);
+        const std::vector<Point> path = {{2, 0, 1 - depth}, {2, 2, 1}};
+        oracle.travel(path);
+        EXPECT_EQ(oracle.position(), path.back()) << depth;
+        EXPECT_EQ(device.position(), path.back()) << depth;
+        EXPECT_EQ(oracle.grazes(), 1U) << depth;
+    }
+}
+
+TEST(DeviceOracle, AWayThatLeadsDeeperIntoSIsAContradiction) {
+    BallDevice device({-2, 0, 0.95});
+    DeviceOracle oracle(device, kTouchError);
+    const std::vector<Point> path = {{2, 0, 0.95}};
+    EXPECT_THROW(oracle.travel(path), UnexpectedContact);
+    EXPECT_LT(device.position().x(), 0) << "it never got to the other side";
+}
+
+TEST(DeviceOracle, APlaceThatLiesOnSWithinTheTouchErrorIsReachedAsNearAsItCanBe) {
+    BallDevice device({-2, 0, 0});
+    DeviceOracle oracle(device, kTouchError);
+    const std::vector<Point> path = {{-1 + 1e-4, 0, 0}};
+    oracle.travel(path);
+    EXPECT_LE((device.position() - path[0]).norm(), 2 * DeviceOracle::kGraze * kTouchError);
+    EXPECT_EQ(oracle.position(), path[0]);
+    // An exact device has no such excuse.
+    BallDevice exact({-2, 0, 0});
+    DeviceOracle strict(exact);
+    EXPECT_THROW(strict.travel(path), UnexpectedContact);
+}
+
+TEST(DeviceOracle, ATouchIsPutOnTheLineThatWasAskedFor) {
+    BallDevice device({-2, 1e-4, 0});  // beside where the planner has it
+    DeviceOracle oracle(device, kTouchError);
+    const std::vector<Point> path = {{-2, 0, 0}};
+    oracle.travel(path);
+    const ProbeAnswer answer = oracle.probe({0, 1e-3, 0});
+    ASSERT_EQ(answer.outcome, ProbeAnswer::Outcome::contact);
+    const Vector line = Point(0, 1e-3, 0) - path[0];
+    EXPECT_NEAR((answer.position - path[0]).cross(line).norm(), 0, 1e-15);
+    EXPECT_NEAR(answer.position.x(), -1, 1e-6);
 }
 
 }  // namespace
