@@ -1,0 +1,309 @@
+#include "devices/grbl_controller.h"
+
+#include <algorithm>
+#include <charconv>
+
+#include "devices/errors.h"
+
+namespace palpate::grbl {
+namespace {
+
+using namespace std::chrono_literals;
+
+// A board that opening its port has reset is deaf while its boot loader waits.
+constexpr auto kBootTime = 8s;
+constexpr auto kPollInterval = 200ms;
+// Grbl answers within milliseconds; a line is on the wire for a few.
+constexpr auto kAnswerTime = 2s;
+// After a reset some bytes of the old conversation may still come.
+constexpr auto kQuiet = 60ms;
+// The longest homing cycle of a large, slow machine.
+constexpr auto kHomingTime = 300s;
+// The longest single probing move: a metre at 1 mm/s.
+constexpr auto kLongestMove = 1000s;
+// Grbl tells the work offset in one report of thirty at least.
+constexpr int kReportsWithOffset = 40;
+constexpr double kMillimetresPerInch = 25.4;
+constexpr int kReportInches = 13;
+
+template <typename T>
+bool is(const Message& message) {
+    return std::holds_alternative<T>(message);
+}
+
+bool is_feedback(const Message& message, std::string_view kind) {
+    const auto* feedback = std::get_if<Feedback>(&message);
+    return feedback != nullptr && feedback->kind == kind;
+}
+
+bool is_moving(const Place& place) {
+    return place.state == "Run" || place.state == "Jog" || place.state == "Home" || (place.state == "Hold" && place.substate != 0);
+}
+
+}  // namespace
+
+const char* to_string(State state) {
+    switch (state) {
+        case State::connecting:
+            return "connecting";
+        case State::locked:
+            return "locked";
+        case State::idle:
+            return "idle";
+        case State::probing:
+            return "probing";
+        case State::hold:
+            return "hold";
+        case State::alarm:
+            return "alarm";
+        case State::lost:
+            return "lost";
+    }
+    return "";
+}
+
+std::optional<double> Identity::number(int setting) const {
+    const auto found = settings.find(setting);
+    if (found == settings.end()) return std::nullopt;
+    double value = 0;
+    const std::string& text = found->second;
+    const auto [end, error] = std::from_chars(text.data(), text.data() + text.size(), value);
+    if (error != std::errc{} || end != text.data() + text.size()) return std::nullopt;
+    return value;
+}
+
+double Controller::unit_mm() const { return identity_.number(kReportInches).value_or(0) == 1 ? kMillimetresPerInch : 1.0; }
+
+// --- messages --------------------------------------------------------------------------------------------------------
+
+std::optional<Message> Controller::next(std::chrono::nanoseconds until) {
+    std::optional<Message> message = link_.receive(until);
+    if (!message) return message;
+    if (const auto* alarm = std::get_if<Alarm>(&*message)) on_alarm(*alarm);
+    if (is<Banner>(*message) && state_ != State::connecting) {
+        state_ = State::lost;
+        throw PositionLost("the controller on " + link_.name() +
+                           " has started anew by itself: its reset button, or its supply. Where the tool is, nobody knows now: home the "
+                           "machine, then resume" +
+                           link_.history());
+    }
+    return message;
+}
+
+std::optional<Place> Controller::note(const Status& status) {
+    const double unit = unit_mm();
+    if (status.offset) work_offset_ = unit * *status.offset;
+    Place place{status.state, status.substate, Point::Zero(), status.probe_closed, status.probe_unplugged, status.homed};
+    if (status.machine) {
+        place.position = unit * *status.machine;
+    } else if (work_offset_) {
+        place.position = unit * *status.work + *work_offset_;
+    } else {
+        return std::nullopt;
+    }
+    return place;
+}
+
+std::vector<Message> Controller::ask(const std::string& line, const std::function<bool(const Message&)>& is_answer,
+                                     std::chrono::milliseconds timeout) {
+    link_.send(line);
+    const auto until = link_.now() + timeout;
+    std::vector<Message> messages;
+    bool answered = false;
+    while (const auto message = next(until)) {
+        if (const auto* error = std::get_if<Error>(&*message)) fail(*error);
+        if (is<Ok>(*message) && answered) return messages;
+        answered |= is_answer(*message);
+        messages.push_back(*message);
+    }
+    fail_silent("the answer to " + line);
+}
+
+void Controller::fail(const Error& error) {
+    if (state_ == State::probing) state_ = State::idle;
+    link_.send("");
+    link_.drain(kQuiet);
+    if (error.code == 9) {
+        state_ = State::locked;
+        throw DeviceAlarm(0, "the machine on " + link_.name() + " is locked: home it, then resume" + link_.history());
+    }
+    throw DeviceRefused(error.code, "the machine on " + link_.name() + " refused a command, error:" + std::to_string(error.code) + ", " +
+                                        explain_error(error.code) + link_.history());
+}
+
+void Controller::fail_silent(const std::string& awaited) {
+    state_ = State::lost;
+    throw DeviceTimeout("no answer on " + link_.name() + " while waiting for " + awaited +
+                        ": check cable and supply, and that no other program has the port; then resume" + link_.history());
+}
+
+void Controller::on_alarm(const Alarm& alarm) {
+    state_ = State::alarm;
+    // The firmware says more: an `ok` for the probing move, a message, a banner.
+    const std::string history = link_.history();
+    link_.drain(kQuiet);
+    if (needs_reset(alarm.code)) reset();
+    state_ = State::locked;
+    const std::string text =
+        "ALARM:" + std::to_string(alarm.code) + " on " + link_.name() + ", " + explain_alarm(alarm.code) + "; then resume" + history;
+    if (alarm.code == 4) throw ProbeClosed(text);
+    if (loses_position(alarm.code)) throw PositionLost(text);
+    throw DeviceAlarm(alarm.code, text);
+}
+
+// --- connecting ------------------------------------------------------------------------------------------------------
+
+bool Controller::wait_for_first_status() {
+    const auto until = link_.now() + kBootTime;
+    bool was_reset = false;
+    while (link_.now() < until) {
+        link_.send_realtime(kAskStatus);
+        const auto next_poll = link_.now() + 2 * kPollInterval;
+        while (const auto message = link_.receive(next_poll)) {
+            if (const auto* banner = std::get_if<Banner>(&*message)) identity_.version = banner->version;
+            if (is<Status>(*message)) return true;
+        }
+        // In the trap of its soft limit the controller hears nothing but a reset, and nothing moves there.
+        if (!was_reset && link_.now() > until - kBootTime / 2) {
+            link_.send_realtime(kReset);
+            was_reset = true;
+        }
+    }
+    return false;
+}
+
+void Controller::connect() {
+    state_ = State::connecting;
+    if (!wait_for_first_status()) {
+        state_ = State::lost;
+        throw DeviceTimeout("nothing that speaks GRBL answers on " + link_.name() +
+                            ": is it the right port (palpate ports), is machine.grbl.baud right, is the machine on?" + link_.history());
+    }
+    // An error that was never acknowledged would answer everything that follows on grblHAL.
+    link_.send("");
+    link_.drain(kQuiet);
+    const auto has_settings = [](const Message& m) { return is<Setting>(m); };
+    for (const Message& message : ask("$$", has_settings, kAnswerTime)) {
+        if (const auto* setting = std::get_if<Setting>(&message)) identity_.settings[setting->number] = setting->value;
+    }
+    for (const Message& message : ask(
+             "$I", [](const Message& m) { return is_feedback(m, "VER"); }, kAnswerTime)) {
+        if (is_feedback(message, "VER")) {
+            const std::string& version = std::get<Feedback>(message).text;
+            identity_.version = identity_.version.empty() ? "Grbl " + version : identity_.version + " (" + version + ")";
+        }
+    }
+    const Place place = wait_for_standstill(kLongestMove);
+    for (int k = 0; k < kReportsWithOffset && !work_offset_; ++k) (void)this->place();
+    if (!work_offset_) fail_silent("a status report with the work offset (WCO)");
+    if (place.state == "Check") {
+        throw DeviceRefused(0, "the machine on " + link_.name() + " is in check mode, in which nothing moves: leave it with $C");
+    }
+    if (place.state == "Door" || place.state == "Sleep") {
+        throw DeviceAlarm(0, "the machine on " + link_.name() + " says " + place.state + ": close the door or wake it, then go on");
+    }
+    state_ = place.state == "Alarm" ? State::locked : State::idle;
+    if (place.state == "Hold") {
+        // A hold that an earlier host left; at a standstill a reset keeps the position.
+        reset();
+        state_ = this->place().state == "Alarm" ? State::locked : State::idle;
+    }
+}
+
+Place Controller::place() {
+    const auto until = link_.now() + kAnswerTime;
+    while (link_.now() < until) {
+        link_.send_realtime(kAskStatus);
+        // A report may get lost; an old one that still comes is as good a place to wait for the next.
+        const auto next_poll = link_.now() + kPollInterval;
+        while (const auto message = next(next_poll)) {
+            const auto* status = std::get_if<Status>(&*message);
+            if (status == nullptr) continue;
+            if (const auto place = note(*status)) return *place;
+            break;  // WPos without an offset yet: the next report has it
+        }
+    }
+    fail_silent("a status report");
+}
+
+Place Controller::wait_for_standstill(std::chrono::nanoseconds longest) {
+    const auto until = link_.now() + longest;
+    while (true) {
+        const Place place = this->place();
+        if (!is_moving(place)) return place;
+        if (link_.now() > until) fail_silent("the end of a motion");
+        (void)next(link_.now() + kPollInterval);
+    }
+}
+
+// --- ways out --------------------------------------------------------------------------------------------------------
+
+void Controller::wait_for_banner() {
+    const auto until = link_.now() + kBootTime;
+    // Nothing may be sent before the banner; a reset can be swallowed, and is sent again.
+    while (link_.now() < until) {
+        link_.send_realtime(kReset);
+        const auto again = link_.now() + kAnswerTime;
+        while (const auto message = link_.receive(again)) {
+            if (is<Banner>(*message)) return;
+        }
+    }
+    fail_silent("the banner after a reset");
+}
+
+void Controller::reset() {
+    state_ = State::connecting;
+    wait_for_banner();
+    link_.drain(kQuiet);
+}
+
+void Controller::stop() {
+    if (state_ != State::probing && state_ != State::hold) return;
+    link_.send_realtime(kFeedHold);
+    const Place place = wait_for_standstill(kLongestMove);
+    state_ = State::hold;
+    // Also a probing move that ended by itself may leave its `ok` behind: only a reset tells old answers from new ones.
+    reset();
+    state_ = this->place().state == "Alarm" ? State::locked : State::idle;
+    if (state_ == State::locked && place.state == "Hold") {
+        throw PositionLost("the machine on " + link_.name() + " locked itself when it was stopped: home it, then resume" + link_.history());
+    }
+}
+
+void Controller::home() {
+    link_.send("$H");
+    const auto until = link_.now() + kHomingTime;
+    while (const auto message = next(until)) {
+        if (const auto* error = std::get_if<Error>(&*message)) fail(*error);
+        if (!is<Ok>(*message)) continue;
+        // An older command's `ok` may come first: the machine itself says whether it has homed.
+        const Place place = wait_for_standstill(kHomingTime);
+        if (place.state != "Idle") continue;
+        state_ = State::idle;
+        return;
+    }
+    fail_silent("the end of homing");
+}
+
+void Controller::unlock() {
+    (void)ask(
+        "$X", [](const Message& m) { return is_feedback(m, "MSG"); }, kAnswerTime);
+    const Place place = this->place();
+    if (place.state == "Alarm") throw DeviceAlarm(0, "the machine on " + link_.name() + " stays locked after $X" + link_.history());
+    state_ = State::idle;
+}
+
+ProbeReport Controller::last_probe() {
+    for (const Message& message : ask(
+             "$#", [](const Message& m) { return is<ProbeReport>(m); }, kAnswerTime)) {
+        if (const auto* report = std::get_if<ProbeReport>(&message)) return {unit_mm() * report->position, report->contact};
+    }
+    fail_silent("the answer to $#");
+}
+
+void Controller::begin(const std::string& line) {
+    state_ = State::probing;
+    link_.send(line);
+}
+
+}  // namespace palpate::grbl

@@ -1,0 +1,99 @@
+// One conversation with a GRBL-family controller: connecting, reading, stopping, and the ways out of alarms. Knows no geometry but
+// where the machine says it is. GrblDevice moves the probe with it.
+//
+//   connecting --status--> locked | idle            locked --home, unlock--> idle
+//   idle --G38--> probing --ok--> idle              probing --!, Hold:0, Ctrl-X, banner--> idle
+//   any --ALARM, unexpected banner--> alarm --(Ctrl-X where only that leads out)--> locked
+//   any --silence, end of file--> lost              alarm, lost: nothing moves; a new connection starts over
+#pragma once
+
+#include <functional>
+#include <map>
+#include <stop_token>
+#include <string>
+#include <vector>
+
+#include "devices/grbl_link.h"
+
+namespace palpate::grbl {
+
+enum class State { connecting, locked, idle, probing, hold, alarm, lost };
+[[nodiscard]] const char* to_string(State state);
+
+// What the machine says of itself.
+struct Identity {
+    std::string version;                  // "1.1h.20190825:" as $I has it, or the banner's
+    std::map<int, std::string> settings;  // $$
+    [[nodiscard]] std::optional<double> number(int setting) const;
+};
+
+// Where the machine is, in mm and machine coordinates.
+struct Place {
+    std::string state;  // "Idle"
+    std::optional<int> substate;
+    Point position = Point::Zero();
+    bool probe_closed = false;
+    bool probe_unplugged = false;
+    std::optional<bool> homed;  // where the firmware says so
+};
+
+// Every call throws ConnectionLost, DeviceTimeout (with what was awaited and the last lines both ways), DeviceAlarm, or PositionLost
+// if the machine started anew.
+class Controller {
+public:
+    // `stream` and `clock` must outlive it.
+    Controller(ByteStream& stream, Clock& clock) : link_(stream, clock) {}
+
+    // Waits for the controller to answer, for a motion that an earlier host began to end, and reads all it says of itself. Moves nothing.
+    void connect();
+    // $H, as long as that takes. REQUIRES: locked or idle.
+    void home();
+    // $X. REQUIRES: locked.
+    void unlock();
+    // Feed hold, standstill, reset, banner: the way to stop that keeps the position. Does nothing if nothing moves.
+    void stop();
+
+    [[nodiscard]] Place place();
+    // $#: the last probing move as the controller remembers it, in mm.
+    [[nodiscard]] ProbeReport last_probe();
+    // What "G90 G21" coordinates are relative to, in mm; as of the last report.
+    [[nodiscard]] const Point& work_offset() const { return *work_offset_; }
+
+    [[nodiscard]] State state() const { return state_; }
+    [[nodiscard]] const Identity& identity() const { return identity_; }
+    [[nodiscard]] Link& link() { return link_; }
+    // From the units of reports to mm.
+    [[nodiscard]] double unit_mm() const;
+
+    // For who sends motion. Sends a line and says that its answer is due.
+    void begin(const std::string& line);
+    // The answer has come, or never will.
+    void end() { state_ = State::idle; }
+    // Nothing that it says can be relied on any more.
+    void give_up() { state_ = State::lost; }
+    // The next message until then. Alarms and banners are dealt with, and throw.
+    [[nodiscard]] std::optional<Message> next(std::chrono::nanoseconds until);
+    // A status report as a place; nothing if it says WPos and the offset is not known.
+    [[nodiscard]] std::optional<Place> note(const Status& status);
+    // What an error leaves behind: grblHAL repeats it until it is cleared.
+    [[noreturn]] void fail(const Error& error);
+    [[noreturn]] void fail_silent(const std::string& awaited);
+
+private:
+    // Sends a line and collects what comes until the `ok` that follows the first message that `is_answer`: an `ok` without that is
+    // an older command's.
+    std::vector<Message> ask(const std::string& line, const std::function<bool(const Message&)>& is_answer,
+                             std::chrono::milliseconds timeout);
+    [[nodiscard]] bool wait_for_first_status();
+    [[nodiscard]] Place wait_for_standstill(std::chrono::nanoseconds longest);
+    void reset();
+    void wait_for_banner();
+    [[noreturn]] void on_alarm(const Alarm& alarm);
+
+    Link link_;
+    State state_ = State::connecting;
+    Identity identity_;
+    std::optional<Point> work_offset_;
+};
+
+}  // namespace palpate::grbl

@@ -1,0 +1,283 @@
+#include "devices/grbl_device.h"
+
+#include <algorithm>
+#include <array>
+#include <cmath>
+#include <cstdio>
+#include <sstream>
+
+#include "devices/errors.h"
+
+namespace palpate {
+namespace {
+
+using namespace std::chrono_literals;
+using grbl::Place;
+using grbl::ProbeReport;
+
+// While a move is under way the machine is asked that often how it is.
+constexpr auto kPollInterval = 200ms;
+// An answer comes that soon after a move has ended, or is lost.
+constexpr auto kAnswerTime = 1500ms;
+// What a move may take beyond its duration as it is reckoned: other accelerations, a slow override.
+constexpr double kPatience = 2.0;
+constexpr auto kMoreTime = 5s;
+// Of a machine that is asked how it is and says nothing.
+constexpr auto kSilence = 3s;
+// A probe that bounces opens and closes a few times; one that does not open in so many goes back is stuck.
+constexpr int kMaxBounces = 8;
+// An answer may lie beside the way by that many steps or last digits: both ends and the touch are rounded.
+constexpr double kRoundings = 3.0;
+constexpr std::array<int, 3> kStepsPerMm = {100, 101, 102};
+constexpr double kSecondsPerMinute = 60.0;
+
+std::string text(const Point& p) {
+    std::ostringstream out;
+    out << '(' << p.x() << ", " << p.y() << ", " << p.z() << ')';
+    return out.str();
+}
+
+double distance_to(const Point& a, const Point& b, const Point& p) {
+    const Vector way = b - a;
+    const double squared = way.squaredNorm();
+    const double share = squared > 0 ? std::clamp((p - a).dot(way) / squared, 0.0, 1.0) : 0.0;
+    return (p - a - share * way).norm();
+}
+
+// "G21G90G94G38.3X1.000Y2.000Z3.000F300.0": every line says its modes itself, so that no older command's can matter. At most 70 bytes
+// for coordinates of five digits, of the 80 that Grbl takes.
+std::string probe_line(const std::string& word, const Point& work, double feed_mm_per_s) {
+    std::array<char, 96> line{};
+    const int length = std::snprintf(line.data(), line.size(), "G21G90G94%sX%.3fY%.3fZ%.3fF%.1f", word.c_str(), work.x(), work.y(),
+                                     work.z(), feed_mm_per_s * kSecondsPerMinute);
+    return {line.data(), static_cast<std::size_t>(std::min<int>(length, static_cast<int>(line.size()) - 1))};
+}
+
+}  // namespace
+
+GrblDevice::GrblDevice(ByteStream& stream, Clock& clock, const GrblOptions& options, std::stop_token stop)
+    : controller_(stream, clock), options_(options), stop_(std::move(stop)) {
+    controller_.connect();
+    position_ = controller_.place().position;
+}
+
+void GrblDevice::make_ready() {
+    const std::string name = controller_.link().name();
+    const bool is_locked = controller_.state() == grbl::State::locked;
+    const bool is_unhomed = controller_.place().homed == false;
+    if (options_.homing == Homing::run && (is_locked || is_unhomed)) {
+        controller_.home();
+    } else if (options_.homing == Homing::require && (is_locked || is_unhomed)) {
+        throw DeviceAlarm(
+            0, "the machine on " + name + (is_locked ? " is locked" : " is not homed") +
+                   ": home it, or let Palpate do so (machine.homing: run), or, if it has no switches and its position is right, say "
+                   "machine.homing: skip");
+    } else if (is_locked) {
+        controller_.unlock();
+    }
+    const Place place = controller_.place();
+    if (place.state != "Idle") throw DeviceAlarm(0, "the machine on " + name + " says " + place.state + ", not Idle: free it, then go on");
+    if (place.probe_unplugged) throw ProbeClosed("the probe on " + name + " is not plugged in");
+    if (place.probe_closed) {
+        throw ProbeClosed("the probe on " + name +
+                          " is closed before anything moves: does it touch something, or is its input inverted ($6)?");
+    }
+    position_ = place.position;
+    last_ = controller_.last_probe();
+}
+
+double GrblDevice::tolerance() const {
+    double step = options_.kinematics.resolution_mm;
+    for (const int setting : kStepsPerMm) {
+        const auto steps = controller_.identity().number(setting);
+        if (steps && *steps > 0) step = std::max(step, 1 / *steps);
+    }
+    return kRoundings * step;
+}
+
+Point GrblDevice::rounded(const Point& machine) const {
+    const double unit = options_.kinematics.resolution_mm;
+    return (machine / unit).array().round() * unit;
+}
+
+// --- moving ----------------------------------------------------------------------------------------------------------
+
+MoveResult GrblDevice::guarded_move(const Point& target, Pace pace) {
+    if (stop_.stop_requested()) throw Stopped("stopped before a move; the tool rests at " + text(position()));
+    if (controller_.state() != grbl::State::idle) {
+        throw PositionLost(std::string("the machine on ") + controller_.link().name() + " is " + to_string(controller_.state()) +
+                           " since its last fault: nothing moves before a new connection");
+    }
+    const Point start = position_;
+    const Point goal = rounded(target + options_.origin);
+    // Grbl refuses a move to where it is (error:33).
+    if ((goal - start).norm() < options_.kinematics.resolution_mm / 2) return {MoveResult::Outcome::reached, target};
+    const ProbeEnd end = run_probe("G38.3", goal, options_.kinematics.feeds.of(pace));
+    position_ = end.place.position;
+    MoveResult result;
+    result.position = end.report.contact ? Point(end.report.position - options_.origin) : target;
+    if (end.repeated) result.events.push_back({DeviceEvent::Kind::repeated_command, result.position});
+    if (!end.report.contact) return result;
+    result.outcome = MoveResult::Outcome::contact;
+    retract(end.report.position, start);
+    return result;
+}
+
+GrblDevice::ProbeEnd GrblDevice::run_probe(const std::string& word, const Point& target, double feed_mm_per_s) {
+    const Point start = position_;
+    if (!last_) last_ = controller_.last_probe();
+    const Seconds expected = move_duration(options_.kinematics, (target - start).norm(), feed_mm_per_s);
+    const auto longest = std::chrono::duration_cast<std::chrono::nanoseconds>(kPatience * expected) + kMoreTime;
+    for (const bool again : {false, true}) {
+        controller_.begin(probe_line(word, target - controller_.work_offset(), feed_mm_per_s));
+        std::optional<ProbeEnd> end = wait_for_end(start, longest);
+        if (!end) end = find_out(start, *last_);
+        if (!end) continue;
+        end->repeated = end->repeated || again;
+        check_answer(*end, start, target, feed_mm_per_s);
+        controller_.end();
+        last_ = end->report;
+        return *end;
+    }
+    controller_.fail_silent("the answer to a probing move that was sent twice");
+}
+
+std::optional<GrblDevice::ProbeEnd> GrblDevice::wait_for_end(const Point& start, std::chrono::nanoseconds longest) {
+    const auto now = [&] { return controller_.link().now(); };
+    auto until = now() + longest;
+    auto poll = now() + kPollInterval;
+    auto heard = now();
+    std::optional<std::chrono::nanoseconds> stands_since;
+    std::optional<ProbeReport> report;
+    while (true) {
+        if (stop_.stop_requested() && !stopping_) go_back_and_throw(start);
+        const auto message = controller_.next(poll);
+        if (!message) {
+            if (now() - heard > kSilence) controller_.fail_silent("the end of a probing move");
+            if (now() > until) {
+                controller_.stop();
+                controller_.give_up();
+                throw DeviceTimeout(
+                    "a probing move on " + controller_.link().name() +
+                    " took far longer than its feed explains and was stopped: is an override active, is machine.acceleration right?" +
+                    controller_.link().history());
+            }
+            controller_.link().send_realtime(grbl::kAskStatus);
+            poll = now() + kPollInterval;
+            continue;
+        }
+        heard = now();
+        if (const auto* error = std::get_if<grbl::Error>(&*message)) controller_.fail(*error);
+        if (const auto* seen = std::get_if<ProbeReport>(&*message)) {
+            report = ProbeReport{controller_.unit_mm() * seen->position, seen->contact};
+        }
+        // An `ok` before any report is an older command's.
+        if (std::holds_alternative<grbl::Ok>(*message) && report) return ProbeEnd{*report, controller_.place()};
+        const auto* status = std::get_if<grbl::Status>(&*message);
+        const auto place = status != nullptr ? controller_.note(*status) : std::nullopt;
+        if (!place) continue;
+        if (place->state == "Alarm" || place->state == "Check") fail_state(place->state);
+        if (place->state == "Hold" || place->state == "Door") until = now() + longest;  // the operator's doing; it may go on
+        if (place->state != "Idle") {
+            stands_since.reset();
+        } else if (!stands_since) {
+            stands_since = now();
+        } else if (now() - *stands_since > kAnswerTime) {
+            return std::nullopt;
+        }
+    }
+}
+
+void GrblDevice::fail_state(const std::string& state) {
+    controller_.give_up();
+    const std::string where = "the machine on " + controller_.link().name();
+    if (state == "Check") {
+        throw BadAnswer(where + " is in check mode, in which nothing moves and nothing is touched: leave it with $C, then resume" +
+                        controller_.link().history());
+    }
+    throw DeviceAlarm(0, where + " is in alarm, and what it said of it was lost on the line; then resume" + controller_.link().history());
+}
+
+std::optional<GrblDevice::ProbeEnd> GrblDevice::find_out(const Point& start, const ProbeReport& before) {
+    const ProbeReport report = controller_.last_probe();
+    const Place place = controller_.place();
+    const bool is_new = report.position != before.position || report.contact != before.contact;
+    if (is_new) return ProbeEnd{report, place, true};
+    if ((place.position - start).norm() <= tolerance()) return std::nullopt;
+    controller_.give_up();
+    throw BadAnswer("the machine on " + controller_.link().name() +
+                    " moved, but its answer was lost and it does not remember it: resume, and the move is made again" +
+                    controller_.link().history());
+}
+
+void GrblDevice::check_answer(const ProbeEnd& end, const Point& start, const Point& target, double feed_mm_per_s) {
+    const double tolerance = this->tolerance();
+    const Point& reported = end.report.position;
+    std::string what;
+    if (!end.report.contact && (reported - target).norm() > tolerance) {
+        what = "reports no contact and an end at " + text(reported) + ", which is not the target";
+    } else if (!end.report.contact && (end.place.position - target).norm() > tolerance) {
+        what = "reports no contact, but rests at " + text(end.place.position) + ", which is not the target";
+    } else if (end.report.contact && distance_to(start, target, reported) > tolerance) {
+        what = "reports a contact at " + text(reported) + ", which is not on its way";
+    } else if (end.report.contact &&
+               (end.place.position - reported).norm() >
+                   std::max(options_.kinematics.overtravel_mm, kPatience * stopping_distance(options_.kinematics, feed_mm_per_s)) +
+                       tolerance) {
+        what = "reports a contact at " + text(reported) + ", but rests far from it, at " + text(end.place.position);
+    }
+    if (what.empty()) return;
+    controller_.give_up();
+    throw BadAnswer("the machine on " + controller_.link().name() + " " + what + " (move from " + text(start) + " to " + text(target) +
+                    ", machine coordinates): was it moved by something else, did it lose steps? Home it, then resume" +
+                    controller_.link().history());
+}
+
+// --- going back ------------------------------------------------------------------------------------------------------
+
+void GrblDevice::go_back_and_throw(const Point& start) {
+    stopping_ = true;
+    controller_.stop();
+    back_off(start);
+    throw Stopped("stopped by the operator; the tool went back to " + text(position()) + " and rests there");
+}
+
+void GrblDevice::retract(const Point& contact, const Point& start) {
+    const double overrun = (position_ - contact).norm();
+    const Vector back = start - contact;
+    const double length = back.norm();
+    if (length > 0) back_off(rounded(contact + std::min(options_.kinematics.retract_mm, length) / length * back));
+    if (overrun > options_.kinematics.overtravel_mm) {
+        controller_.give_up();
+        std::ostringstream message;
+        message << "the machine on " << controller_.link().name() << " ran on " << overrun
+                << " mm past a touch, more than the probe's overtravel of " << options_.kinematics.overtravel_mm
+                << " mm: lower machine.feeds, or correct machine.acceleration and machine.latency";
+        throw DeviceError(message.str());
+    }
+}
+
+void GrblDevice::back_off(const Point& target) {
+    const double feed = options_.kinematics.feeds.probe_mm_per_s;
+    Place place = controller_.place();
+    for (int k = 0; k < kMaxBounces; ++k) {
+        position_ = place.position;
+        const bool is_there = (target - position_).norm() < options_.kinematics.resolution_mm / 2;
+        if (is_there && !place.probe_closed) return;
+        if (is_there) break;
+        try {
+            place = run_probe(place.probe_closed ? "G38.5" : "G38.3", target, feed).place;
+        } catch (const ProbeClosed&) {
+            // It bounced between the question and the move; ALARM:4 keeps the position.
+            controller_.unlock();
+            place = controller_.place();
+        }
+    }
+    controller_.give_up();
+    throw ProbeClosed("the probe on " + controller_.link().name() + " stays closed although the tool went back to " + text(position()) +
+                      ": is it stuck, bent, or its lead shorted? Free it, then resume" + controller_.link().history());
+}
+
+void GrblDevice::retreat(const Point& target) { back_off(rounded(target + options_.origin)); }
+
+}  // namespace palpate

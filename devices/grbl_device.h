@@ -1,0 +1,82 @@
+// The ProbeDevice on a GRBL-family controller: guarded moves by G38.3, nothing else ever moves but homing.
+#pragma once
+
+#include <stop_token>
+#include <string>
+
+#include "devices/grbl_controller.h"
+#include "devices/kinematics.h"
+#include "devices/probe_device.h"
+
+namespace palpate {
+
+// How a machine's position comes to be trusted.
+enum class Homing {
+    require,  // a locked machine is refused: home it by hand
+    run,      // a machine that is locked, or says that it is not homed, is homed
+    skip,     // no switches: a locked machine is unlocked, and its position taken for right
+};
+
+struct GrblOptions {
+    Kinematics kinematics;
+    Point origin = Point::Zero();  // mm, machine coordinates: where Palpate's coordinates have their origin
+    Homing homing = Homing::require;
+};
+
+// Positions are Palpate's: the machine's less the origin. The contact is what the controller latched ([PRB:…:1]), never where it
+// came to rest; an answer counts only if it lies on the way and agrees with where the machine then is.
+class GrblDevice final : public ProbeDevice {
+public:
+    // Connects (Controller::connect) and moves nothing. `stream` and `clock` must outlive the device. Once `stop` is requested, a move
+    // that is under way is ended, the tool goes back to where that move began, and Stopped is thrown.
+    GrblDevice(ByteStream& stream, Clock& clock, const GrblOptions& options, std::stop_token stop = {});
+
+    // Makes the machine fit to move, as `homing` says: this may home it. Throws DeviceAlarm if it is locked and may not be homed, and
+    // ProbeClosed if the probe is closed. To be called before the first move.
+    void make_ready();
+
+    [[nodiscard]] Point position() const override { return position_ - options_.origin; }
+    // Throws, besides what Controller does, ProbeClosed, BadAnswer and Stopped.
+    [[nodiscard]] MoveResult guarded_move(const Point& target, Pace pace) override;
+    void stop() override { controller_.stop(); }
+
+    // Away from what a probe that is closed touches, straight to `target`; for a tool that an earlier host left on a surface.
+    void retreat(const Point& target);
+    [[nodiscard]] bool is_probe_closed() { return controller_.place().probe_closed; }
+
+    [[nodiscard]] grbl::Controller& controller() { return controller_; }
+    [[nodiscard]] const GrblOptions& options() const { return options_; }
+
+private:
+    struct ProbeEnd {
+        grbl::ProbeReport report;  // mm, machine coordinates
+        grbl::Place place;         // at rest, after it
+        bool repeated = false;     // the answer was lost
+    };
+    // One G38 to a machine position. `word`: "G38.3" or "G38.5".
+    ProbeEnd run_probe(const std::string& word, const Point& target, double feed_mm_per_s);
+    // Nothing if the machine stands and its answer did not come.
+    [[nodiscard]] std::optional<ProbeEnd> wait_for_end(const Point& start, std::chrono::nanoseconds longest);
+    // Then: what did it do? Nothing if it never heard the command.
+    [[nodiscard]] std::optional<ProbeEnd> find_out(const Point& start, const grbl::ProbeReport& before);
+    // An answer that cannot be true is never passed on. Throws BadAnswer.
+    void check_answer(const ProbeEnd& end, const Point& start, const Point& target, double feed_mm_per_s);
+    [[noreturn]] void fail_state(const std::string& state);
+    [[noreturn]] void go_back_and_throw(const Point& start);
+    // After a touch at `contact` of a move from `start`: back until the probe is open, and on to a place before the touch.
+    void retract(const Point& contact, const Point& start);
+    // Guarded both ways: until the probe opens, then until it closes.
+    void back_off(const Point& target);
+    [[nodiscard]] Point rounded(const Point& machine) const;
+    // mm: how exactly the machine can say where it is.
+    [[nodiscard]] double tolerance() const;
+
+    grbl::Controller controller_;
+    const GrblOptions options_;
+    const std::stop_token stop_;
+    Point position_ = Point::Zero();  // mm, machine coordinates
+    std::optional<grbl::ProbeReport> last_;
+    bool stopping_ = false;
+};
+
+}  // namespace palpate

@@ -1,0 +1,59 @@
+#include "devices/grbl_link.h"
+
+#include <algorithm>
+
+namespace palpate::grbl {
+namespace {
+
+constexpr std::size_t kRemembered = 12;  // lines: a probing move with its reports
+
+std::chrono::milliseconds rounded_up(std::chrono::nanoseconds time) {
+    return std::chrono::ceil<std::chrono::milliseconds>(std::max(time, std::chrono::nanoseconds(0)));
+}
+
+}  // namespace
+
+void Link::remember(char direction, std::string_view line) {
+    // Polls would push out what matters.
+    std::string entry = std::string("\n    ") + direction + ' ' + std::string(line);
+    if (!history_.empty() && line == "?" && history_.back() == entry) return;
+    history_.push_back(std::move(entry));
+    if (history_.size() > kRemembered) history_.pop_front();
+}
+
+void Link::send(const std::string& line) {
+    remember('>', line);
+    stream_.write(line + '\n');
+}
+
+void Link::send_realtime(char byte) {
+    remember('>', byte == kReset ? "Ctrl-X" : std::string(1, byte));
+    stream_.write({&byte, 1});
+}
+
+std::optional<Message> Link::receive(std::chrono::nanoseconds until) {
+    while (true) {
+        if (const auto line = buffer_.next()) {
+            remember('<', *line);
+            return parse(*line);
+        }
+        const auto left = until - clock_.now();
+        const std::string bytes = stream_.read(rounded_up(left));
+        buffer_.append(bytes);
+        if (bytes.empty() && left.count() <= 0) return std::nullopt;
+    }
+}
+
+void Link::drain(std::chrono::milliseconds quiet) {
+    while (receive(now() + quiet)) {
+    }
+}
+
+std::string Link::history() const {
+    if (history_.empty()) return "\n  nothing was sent or received yet";
+    std::string text = "\n  the last lines on " + name() + ", > sent, < received:";
+    for (const std::string& entry : history_) text += entry;
+    return text;
+}
+
+}  // namespace palpate::grbl

@@ -1,0 +1,42 @@
+// A serial port as a ByteStream: POSIX termios, raw, eight data bits, no parity, one stop bit. One process at a time.
+#pragma once
+
+#include <string>
+
+#include "devices/byte_stream.h"
+
+namespace palpate {
+
+struct SerialPortOptions {
+    std::string path;  // "/dev/ttyUSB0", or a link to it
+    int baud = 115200;
+    // Opening a USB port resets many boards, which frees their motors. true: the board is reset for certain (DTR falls and rises); false:
+    // it is spared where the port allows that (DTR stays high after closing).
+    bool reset = false;
+};
+
+class SerialPort final : public ByteStream {
+public:
+    // Throws DeviceError, which names the port and what to do: it is not there, may not be used, is in use, is no serial port, or
+    // does not know that speed.
+    explicit SerialPort(const SerialPortOptions& options);
+    ~SerialPort() override;
+    SerialPort(const SerialPort&) = delete;
+    SerialPort& operator=(const SerialPort&) = delete;
+    SerialPort(SerialPort&&) = delete;
+    SerialPort& operator=(SerialPort&&) = delete;
+
+    [[nodiscard]] std::string read(std::chrono::milliseconds timeout) override;
+    void write(std::string_view bytes) override;
+    [[nodiscard]] std::string name() const override { return path_; }
+
+private:
+    void lock() const;
+    void configure(const SerialPortOptions& options) const;
+    [[noreturn]] void fail_lost(const std::string& what) const;
+
+    std::string path_;
+    int file_ = -1;
+};
+
+}  // namespace palpate
