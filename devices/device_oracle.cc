@@ -2,6 +2,7 @@
 
 #include <Eigen/Geometry>
 #include <algorithm>
+#include <array>
 #include <numbers>
 
 #include "devices/errors.h"
@@ -79,6 +80,12 @@ ProbeAnswer DeviceOracle::probe(const Point& target) {
     if (result.outcome == Outcome::reached) {
         position_ = target;
         return {ProbeAnswer::Outcome::clear, target};
+    }
+    if (result.outcome == Outcome::failed) {
+        // Back on the way that the tool came.
+        const std::array<Point, 1> start{position_};
+        travel(start);
+        return {ProbeAnswer::Outcome::failed, position_};
     }
     position_ = touch_error_ == 0 ? result.position : nearest_on({position_, target}, result.position);
     return {ProbeAnswer::Outcome::contact, position_};

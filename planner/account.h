@@ -12,6 +12,8 @@ struct Account {
     // Guarded moves that asked for an answer; contact + clear is their total.
     std::uint64_t contact = 0;
     std::uint64_t clear = 0;
+    std::uint64_t failed = 0;            // besides: asked, without an answer that can be used
+    std::uint64_t grazes = 0;            // contacts that a later probe of the same edge took back
     std::uint64_t seed = 0;              // of them, before the triangulation
     std::uint64_t inferred_contact = 0;  // facets of the mesh whose crossing is known without a touch
     std::uint64_t inferred_clear = 0;    // edges known to be free without a probe

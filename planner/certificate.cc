@@ -81,6 +81,16 @@ Premise inference_premise(const Options& options, const ReachEvidence& reach) {
     return premise;
 }
 
+Premise touch_premise(const Options& options, const Evidence& evidence) {
+    Premise premise{"touches lie on the surface", State::assumed, "by the user: their error is far below epsilon"};
+    if (options.touch_error > 0)
+        premise.detail = text("by the machine's configuration: their error is at most ", options.touch_error, " mm");
+    if (evidence.grazes > 0) premise.detail += text("; ", evidence.grazes, " were taken back by a later probe of the same edge");
+    if (evidence.failed_probes > 0)
+        premise.detail += text("; ", evidence.failed_probes, " places could not be measured and are not in the mesh");
+    return premise;
+}
+
 Premise facet_premise(const Evidence& evidence) {
     return {"sizing and angles", evidence.bad_facets == 0 ? State::checked : State::refuted,
             text(evidence.bad_facets, " facets do not fulfil them, away from seed facets")};
@@ -101,7 +111,7 @@ Certificate certify(const Options& options, const Topology& topology, const Evid
                             balls,
                             reach,
                             {"the workspace contains the object", State::assumed, "by the user"},
-                            {"touches lie on the surface", State::assumed, "by the user: their error is far below epsilon"}};
+                            touch_premise(options, evidence)};
     if (evidence.reach) certificate.premises.push_back(inference_premise(options, *evidence.reach));
     const bool guesses = evidence.reach && evidence.reach->inferred > 0 && !holds(certificate.premises.back());
     if (evidence.has_facet_criteria) certificate.premises.push_back(facet_premise(evidence));

@@ -64,6 +64,8 @@ struct Evidence {
     bool has_facet_criteria = false;        // sizing or angles were asked for, ...
     std::size_t bad_facets = 0;             // ... and so many facets do not fulfil them
     std::string stopped_by;                 // the budget that ended the run; empty: it ended by itself
+    std::uint64_t failed_probes = 0;        // without an answer
+    std::uint64_t grazes = 0;               // contacts that a later probe took back
     bool seeds_given = false;               // by the user, one per component
     std::optional<ReachEvidence> reach;     // of inference, if there was any
 };

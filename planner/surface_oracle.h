@@ -11,9 +11,10 @@ struct ProbeAnswer {
     enum class Outcome {
         contact,  // stopped by S
         clear,    // target reached, nothing touched
+        failed,   // something was touched, but where could not be measured
     };
     Outcome outcome = Outcome::clear;
-    Point position = Point::Zero();  // the touched point of S, or the target; the tool is there now
+    Point position = Point::Zero();  // the touched point of S, the target, or (failed) the start; the tool is there now
 };
 
 // What the planner may ask (DESIGN section 1, "probe"). The oracle has one tool, which is somewhere: every call starts

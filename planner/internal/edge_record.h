@@ -13,6 +13,7 @@ enum class EdgeState : std::uint8_t {
     unknown,
     clear,     // the whole edge inside ω is free, and so are both its ends
     crossing,  // S meets the edge, as the edge's Crossing says
+    failed,    // was probed without an answer: as good as unknown, but not asked again until the edge changes
 };
 
 // Where S meets an edge, as seen from one of its ends.

@@ -30,7 +30,7 @@ std::optional<DirectedEdge> Exploration::walk(DirectedEdge e, int across) {
         const DirectedEdge ahead{cell, out};
         const EdgeState known = state_.state(ahead);
         if (known == EdgeState::unknown) return ahead;
-        if (known == EdgeState::crossing) return std::nullopt;
+        if (known != EdgeState::clear) return std::nullopt;
         const DirectedEdge back = state_.opposite(ahead);
         // The two vertices of the Delaunay edge keep their identity, their indices change from cell to cell.
         out = state_.next_facet_around(cell, in, out);

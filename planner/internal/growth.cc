@@ -86,7 +86,9 @@ std::optional<Growth::Step> Growth::step() {
     if (!asked) return std::nullopt;
     if (const auto met = pilot_.go_to({asked->start, asked->home})) return take_from_way(*met, asked->beside);
     auto met = pilot_.probe(asked->target);
+    if (met && met->touch.failed) return Step{};  // the front asks a few times and then gives the edge up
     if (!met && asked->under && !asked->certain) met = pilot_.probe(*asked->under);
+    if (met && met->touch.failed) return Step{};
     const auto contact = met ? std::optional(met->touch) : std::nullopt;
     if (asked->audit) note_audit(*asked, contact);
     if (!contact) {
@@ -119,6 +121,7 @@ void Growth::note_audit(const FrontTouch& asked, const std::optional<Tool::Answe
 }
 
 Growth::Step Growth::take_from_way(const Pilot::Met& met, const std::array<std::uint32_t, 3>& beside) {
+    if (met.touch.failed) return Step{};
     if (met.in_lens) {
         inference_.check_way(met.touch.position, beside[0]);
     } else {

@@ -135,7 +135,11 @@ void MaintainedDelaunay::inherit(const HoleFacet& hole_facet, const Point& p) {
     const DirectedEdge from_v = opposite(from_u);
     EdgeRecord dying = hole_facet.dying;
     EdgeRecord& u_record = record(from_u);
-    if (u_record.state == EdgeState::unknown && dying.state == EdgeState::unknown) return;
+    const auto is_blank = [](const EdgeRecord& r) { return r.state == EdgeState::unknown || r.state == EdgeState::failed; };
+    if (is_blank(u_record) && is_blank(dying)) {
+        u_record = {};
+        return;
+    }
     const std::optional<EdgeSpan> remains = span(from_u);
     if (!remains) {  // what is left of the edge is outside ω
         drop_crossing(u_record);

@@ -169,6 +169,8 @@ public:
     // end: with exact touches that throws ContradictionError, unless it was at `start` itself; otherwise S only grazes the edge,
     // and the later answer holds.
     NodeId learn_clear(DirectedEdge e, const EdgeSpan& along, NodeId start, const Point& end);
+    // A probe of the edge had no answer. REQUIRES: nothing is known of it.
+    void note_failed(DirectedEdge e) { record(e).state = EdgeState::failed; }
     // S was touched on the edge at roadmap node `contact`, coming from node `from` of the edge: its start, or (not
     // from_vertex) a point q within. `touch` numbers the touch for the caller.
     void learn_contact(DirectedEdge e, NodeId from, NodeId contact, std::uint32_t touch, bool from_vertex = true);

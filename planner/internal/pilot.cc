@@ -100,6 +100,7 @@ std::optional<Pilot::Met> Pilot::follow(const FreeSpace::Way& way) {
 std::optional<Pilot::Met> Pilot::probe(const Point& goal) {
     const NodeId from = tool_.at();
     const Tool::Answer answer = tool_.probe(goal);
+    if (answer.failed) return Met{answer, false};
     tool_.arrive(state_.roadmap().add(from, answer.position));
     if (!answer.contact) return std::nullopt;
     return Met{answer, false};

@@ -19,7 +19,7 @@ public:
     // `epsilon` (mm): how far samples are apart. `retract` (mm): the least lift off a touch. All references must outlive it.
     Pilot(MaintainedDelaunay& state, Tool& tool, const Inference& inference, double epsilon, double retract);
 
-    // S, met on a way. `in_lens`: where a lens says that it is not.
+    // S, met on a way, or a touch that failed. `in_lens`: where a lens says that S is not.
     struct Met {
         Tool::Answer touch;
         bool in_lens = false;

@@ -77,7 +77,9 @@ void Run::probe(DirectedEdge e) {
     }
     tool_.go_to(start);
     const Tool::Answer answer = tool_.probe(state_.probe_target(e, *along));
-    if (answer.contact) {
+    if (answer.failed) {
+        state_.note_failed(e);
+    } else if (answer.contact) {
         const NodeId contact = state_.roadmap().add(start, answer.position);
         tool_.arrive(contact);
         state_.learn_contact(e, start, contact, answer.touch);
@@ -330,6 +332,7 @@ void Run::report() {
 Result Run::result() {
     Result result;
     result.account = tool_.account();
+    result.account.grazes = state_.grazes();
     RestrictedSurface surface = extract_surface(state_);
     result.topology = analyse_topology(surface.mesh);
     for (const double radius : surface.ball_radii) result.max_ball_radius = std::max(result.max_ball_radius, radius);
@@ -341,6 +344,8 @@ Result Run::result() {
     evidence.stopped_by = stopped_by_;
     evidence.has_facet_criteria = criteria_.look_at_facets();
     evidence.bad_facets = bad_facets(surface).size();
+    evidence.failed_probes = result.account.failed;
+    evidence.grazes = result.account.grazes;
     evidence.seeds_given = !options_.seed_rays.empty();
     for (const DirectedEdge e : surface.dual_edges) result.account.inferred_contact += state_.inferred(e) ? 1 : 0;
     if (growth_) {

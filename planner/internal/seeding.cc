@@ -57,6 +57,7 @@ std::optional<Tool::Answer> touch(const Context& context, const Ray& ray) {
     const NodeId entry = roadmap.add_on_boundary(ray.origin + chord->low * ray.direction);
     context.tool.go_to(entry);
     const Tool::Answer answer = context.tool.probe(ray.origin + std::min(ray.end, chord->high) * ray.direction);
+    if (answer.failed) return std::nullopt;
     if (answer.contact || ray.end < chord->high) {
         context.tool.arrive(roadmap.add(entry, answer.position));
     } else {
@@ -215,6 +216,7 @@ bool touch_dual_edge(const Context& context, const SeedFacet& facet) {
     const NodeId entry = roadmap.add_on_boundary(along->line.origin + chord->low * inwards);
     context.tool.go_to(entry);
     const Tool::Answer answer = context.tool.probe(along->end_point());
+    if (answer.failed) return false;
     const NodeId arrived = roadmap.add(entry, answer.position);
     context.tool.arrive(arrived);
     if (!answer.contact) return false;

@@ -38,11 +38,12 @@ Tool::Answer Tool::probe(const Point& target, Touch::Role role) {
     const NodeId start = at_;
     const Point from = roadmap_.at(start);
     const ProbeAnswer answer = oracle_.probe(target);
+    if (answer.outcome == ProbeAnswer::Outcome::failed) return failed_at(from);
     account_.probing += (answer.position - from).norm();
     at_ = kNoNode;
     if (answer.outcome == ProbeAnswer::Outcome::clear) {
         ++account_.clear;
-        return {false, answer.position, 0};
+        return {false, false, answer.position, 0};
     }
     return note_touch(start, answer.position, role);
 }
@@ -52,7 +53,12 @@ Tool::Answer Tool::note_touch(NodeId start, const Point& touched, Touch::Role ro
     touches_now_ = true;
     touches_.push_back({touched, roadmap_.at(start), role, std::nullopt});
     touch_starts_.push_back(start);
-    return {true, touched, static_cast<std::uint32_t>(touches_.size() - 1)};
+    return {true, false, touched, static_cast<std::uint32_t>(touches_.size() - 1)};
+}
+
+Tool::Answer Tool::failed_at(const Point& from) {
+    ++account_.failed;
+    return {false, true, from, 0};
 }
 
 void Tool::arrive(NodeId node) {
@@ -71,6 +77,7 @@ void Tool::lift(const Point& to) {
 std::optional<Tool::Answer> Tool::move_to(const Point& target) {
     const NodeId start = at_;
     const ProbeAnswer answer = oracle_.probe(target);
+    if (answer.outcome == ProbeAnswer::Outcome::failed) return failed_at(roadmap_.at(start));
     account_.travel += (answer.position - roadmap_.at(start)).norm();
     std::optional<Answer> touched;
     if (answer.outcome == ProbeAnswer::Outcome::contact) touched = note_touch(start, answer.position, Touch::Role::crossing);

@@ -23,10 +23,12 @@ public:
 
     struct Answer {
         bool contact = false;
+        bool failed = false;  // the tool is where it was, and nothing is known
         Point position = Point::Zero();
         std::uint32_t touch = 0;  // number of the touch, with contact
     };
-    // Probes straight from the node where the tool is. The caller makes the node where it is then, and says so: arrive().
+    // Probes straight from the node where the tool is. The caller makes the node where it is then, and says so: arrive(); not
+    // so if that failed.
     Answer probe(const Point& target, Touch::Role role = Touch::Role::crossing);
     void arrive(NodeId node);
     // The last contact: where it was, and where the tool came from, straight.
@@ -38,7 +40,7 @@ public:
     // Back from that contact, where the tool is, to a point of the straight way to it. The contact stays a dead end of
     // the roadmap: no way leads through a place on S.
     void lift(const Point& to);
-    // Moves, guarded, on a straight way that should be free, and makes it part of the roadmap. Stops and answers if S is met.
+    // Moves, guarded, on a straight way that should be free, and makes it part of the roadmap. Answers if S is met there, or fails.
     std::optional<Answer> move_to(const Point& target);
 
     [[nodiscard]] NodeId at() const { return at_; }
@@ -51,6 +53,7 @@ public:
     void end_of_seeding() { account_.seed = account_.probes(); }
 
 private:
+    Answer failed_at(const Point& from);
     Answer note_touch(NodeId start, const Point& touched, Touch::Role role);
 
     SurfaceOracle& oracle_;

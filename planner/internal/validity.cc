@@ -33,7 +33,7 @@ bool MaintainedDelaunay::is_valid(std::string* why) const {
             const DirectedEdge e{id, i};
             const DirectedEdge back = opposite(e);
             const EdgeRecord& r = record(e);
-            if (r.state == EdgeState::unknown) continue;
+            if (r.state == EdgeState::unknown || r.state == EdgeState::failed) continue;
             const std::optional<EdgeSpan> along = span(e);
             if (r.state == EdgeState::clear) {
                 valid &= check(record(back).state == EdgeState::clear, e, "clear from one end only");
