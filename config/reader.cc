@@ -6,6 +6,7 @@
 #include <memory>
 #include <utility>
 
+#include "config/internal/read_machine.h"
 #include "config/internal/read_object.h"
 #include "config/internal/section.h"
 #include "config/internal/tree.h"
@@ -155,13 +156,19 @@ Options read_probing(Section& section) {
 
 SessionConfig read_session(Section& section, const std::filesystem::path& folder) {
     SessionConfig config;
-    section.mapping({"object", "the hidden object of a simulation", Need::optional, "", "none"},
+    section.mapping({"object", "the hidden object of a simulation or of a virtual machine", Need::optional, "", "none"},
                     [&](Section& inner) { config.object = yaml::read_object(inner, folder); });
+    section.mapping({"machine", "the machine that `palpate probe` drives, and that `palpate vm` imitates", Need::optional, "", "none"},
+                    [&](Section& inner) { config.machine = yaml::read_machine(inner, folder); });
     config.workspace = read_workspace(section);
     section.mapping({"probing", "the task", Need::required}, [&](Section& inner) {
         Options options = read_probing(inner);
         config.probing = std::move(options);
     });
+    if (config.machine) {
+        config.probing.touch_error = config.machine->touch_error();
+        config.probing.retract = config.machine->kinematics.retract_mm;
+    }
     config.probing.random_seed =
         section.whole_number({"random_seed", "the same seed and configuration give the same run"}, config.probing.random_seed);
     section.finish();
@@ -189,8 +196,12 @@ std::string slurp(const std::filesystem::path& file, const yaml::Location& whole
 }  // namespace
 
 SessionConfig read_config(const std::filesystem::path& file, const std::vector<std::string>& overrides) {
-    const auto source = std::make_shared<const std::string>(file.string());
-    yaml::Value root = yaml::parse(slurp(file, {source, 0}), {source, 1}, "");
+    return read_config_text(slurp(file, {std::make_shared<const std::string>(file.string()), 0}), file, overrides);
+}
+
+SessionConfig read_config_text(const std::string& text, const std::filesystem::path& name, const std::vector<std::string>& overrides) {
+    const auto source = std::make_shared<const std::string>(name.string());
+    yaml::Value root = yaml::parse(text, {source, 1}, "");
     if (root.kind != yaml::Value::Kind::mapping) {
         yaml::fail(root.where, "", spell(root) + " is not a mapping; allowed: a mapping with at least the key probing");
     }
@@ -198,7 +209,7 @@ SessionConfig read_config(const std::filesystem::path& file, const std::vector<s
         yaml::apply_override(root, assignment);
     }
     Section section(root, "");
-    return read_session(section, std::filesystem::absolute(file).parent_path());
+    return read_session(section, std::filesystem::absolute(name).parent_path());
 }
 
 std::vector<KeyDoc> documented_keys() {

@@ -16,6 +16,10 @@ namespace palpate {
 // Throws ConfigError on anything that config/README.md does not allow.
 [[nodiscard]] SessionConfig read_config(const std::filesystem::path& file, const std::vector<std::string>& overrides = {});
 
+// The same for a text that is called `name` in messages, and whose relative paths are relative to the folder of `name`.
+[[nodiscard]] SessionConfig read_config_text(const std::string& text, const std::filesystem::path& name,
+                                             const std::vector<std::string>& overrides = {});
+
 // One row of the table in config/README.md.
 struct KeyDoc {
     std::string key;  // full, with "[]" for "each element of"

@@ -5,6 +5,7 @@
 #include <optional>
 #include <variant>
 
+#include "config/machine_config.h"
 #include "planner/options.h"
 #include "planner/workspace.h"
 #include "sim/object_spec.h"
@@ -17,7 +18,8 @@ struct AutoWorkspace {};
 using WorkspaceSpec = std::variant<AutoWorkspace, Ball, Box>;
 
 struct SessionConfig {
-    std::optional<ObjectSpec> object;  // the hidden object of a simulation; nothing on a real machine
+    std::optional<ObjectSpec> object;      // the hidden object of a simulation or of a virtual machine
+    std::optional<MachineConfig> machine;  // to probe with; a simulation needs none
     WorkspaceSpec workspace;
     Options probing;
 };

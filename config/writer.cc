@@ -101,6 +101,59 @@ void add_object(Lines& lines, const ObjectSpec& object) {
                object);
 }
 
+std::string flag_text(bool flag) { return flag ? "true" : "false"; }
+
+std::string connection_text(const MachineConfig& machine) {
+    return std::visit(Overloaded{
+                          [](const GrblSpec& grbl) {
+                              return "grbl: {port: " + quoted(grbl.port.path) + ", baud: " + std::to_string(grbl.port.baud) +
+                                     ", reset_on_open: " + flag_text(grbl.port.reset) + "}";
+                          },
+                          [](const ModbusSpec& modbus) {
+                              const std::string line = std::visit(
+                                  Overloaded{
+                                      [](const ModbusTcpSpec& tcp) {
+                                          return "tcp: {host: " + quoted(tcp.host) + ", port: " + std::to_string(tcp.port) + "}";
+                                      },
+                                      [](const ModbusRtuSpec& rtu) {
+                                          const std::string parity = rtu.parity == 'N' ? "none" : rtu.parity == 'E' ? "even" : "odd";
+                                          return "rtu: {path: " + quoted(rtu.path) + ", baud: " + std::to_string(rtu.baud) +
+                                                 ", parity: " + parity + ", stop_bits: " + std::to_string(rtu.stop_bits) + "}";
+                                      },
+                                  },
+                                  modbus.line);
+                              const std::string profile =
+                                  modbus.profile.empty() ? "" : ", profile: " + quoted(std::filesystem::absolute(modbus.profile).string());
+                              return "modbus: {" + line + ", unit: " + std::to_string(modbus.unit) +
+                                     ", slowest_answer: " + number_text(modbus.slowest_answer.count()) + profile + "}";
+                          },
+                      },
+                      machine.connection);
+}
+
+void add_machine(Lines& lines, const MachineConfig& machine) {
+    const Kinematics& k = machine.kinematics;
+    const MultiTouchOptions& touch = machine.touch;
+    const std::string homing = machine.homing == Homing::require ? "require" : machine.homing == Homing::run ? "run" : "skip";
+    lines.emplace_back("machine:");
+    lines.push_back("  " + connection_text(machine));
+    lines.push_back("  homing: " + homing);
+    lines.push_back("  origin: " + vector_text(machine.origin));
+    lines.push_back("  limits: {min: " + vector_text(machine.limits.min) + ", max: " + vector_text(machine.limits.max) + "}");
+    lines.push_back("  feeds: {travel: " + number_text(k.feeds.travel_mm_per_s) + ", probe: " + number_text(k.feeds.probe_mm_per_s) +
+                    ", touch: " + number_text(k.feeds.touch_mm_per_s) + "}");
+    lines.push_back("  acceleration: " + number_text(k.acceleration_mm_per_s2));
+    lines.push_back("  latency: " + number_text(k.latency.count()));
+    lines.push_back("  overtravel: " + number_text(k.overtravel_mm));
+    lines.push_back("  retract: " + number_text(k.retract_mm));
+    lines.push_back("  resolution: " + number_text(k.resolution_mm));
+    lines.push_back("  noise: " + number_text(machine.noise_mm));
+    lines.push_back("  touch: {samples: " + std::to_string(touch.samples) + ", tolerance: " + number_text(touch.tolerance_mm) +
+                    ", retries: " + std::to_string(touch.retries) + ", discard_first: " + flag_text(touch.discard_first) +
+                    ", confirm: " + flag_text(touch.confirm) + "}");
+    lines.push_back("  datum_tolerance: " + number_text(machine.datum_tolerance_mm));
+}
+
 std::string workspace_text(const WorkspaceSpec& workspace) {
     return std::visit(
         Overloaded{
@@ -149,6 +202,9 @@ std::string write_config(const SessionConfig& config) {
     Lines lines;
     if (config.object) {
         add_object(lines, *config.object);
+    }
+    if (config.machine) {
+        add_machine(lines, *config.machine);
     }
     lines.push_back("workspace: " + workspace_text(config.workspace));
     add_probing(lines, config.probing);

@@ -38,8 +38,14 @@ void DeviceOracle::travel(std::span<const Point> path) {
     }
 }
 
+MoveResult DeviceOracle::move(const Point& target, Pace pace) {
+    ++moves_;
+    return device_.guarded_move(target, pace);
+}
+
 void DeviceOracle::travel_to(const Point& target) {
-    const MoveResult result = device_.guarded_move(target, Pace::travel);
+    moves_ = 0;
+    const MoveResult result = move(target, Pace::travel);
     if (result.outcome == Outcome::reached) return;
     const Point& touched = result.position;
     if (touch_error_ > 0) {
@@ -50,14 +56,14 @@ void DeviceOracle::travel_to(const Point& target) {
         }
     }
     position_ = device_.position();
-    throw UnexpectedContact(touched, "travel");
+    throw UnexpectedContact(touched, "travel", moves_);
 }
 
 bool DeviceOracle::stop_short(const Point& touched, const Point& target) {
     const Vector back = device_.position() - target;
     const Point before = touched + kGraze * touch_error_ * back.normalized();
     if (back.norm() <= (before - target).norm()) return true;  // the device rests nearer already
-    return device_.guarded_move(before, Pace::travel).outcome == Outcome::reached;
+    return move(before, Pace::travel).outcome == Outcome::reached;
 }
 
 bool DeviceOracle::pass_beside(const Point& touched, const Point& target) {
@@ -68,15 +74,15 @@ bool DeviceOracle::pass_beside(const Point& touched, const Point& target) {
         for (int k = 0; k < kDirections; ++k) {
             const double angle = 2 * std::numbers::pi * k / kDirections;
             const Point beside = touched + share * kGraze * touch_error_ * (std::cos(angle) * x + std::sin(angle) * y);
-            if (device_.guarded_move(beside, Pace::probe).outcome != Outcome::reached) continue;
-            if (device_.guarded_move(target, Pace::travel).outcome == Outcome::reached) return true;
+            if (move(beside, Pace::probe).outcome != Outcome::reached) continue;
+            if (move(target, Pace::travel).outcome == Outcome::reached) return true;
         }
     }
     return false;
 }
 
 ProbeAnswer DeviceOracle::probe(const Point& target) {
-    const MoveResult result = device_.guarded_move(target, Pace::probe);
+    const MoveResult result = move(target, Pace::probe);
     if (result.outcome == Outcome::reached) {
         position_ = target;
         return {ProbeAnswer::Outcome::clear, target};

@@ -34,6 +34,7 @@ public:
     static constexpr double kGraze = 10.0;
 
 private:
+    MoveResult move(const Point& target, Pace pace);
     void travel_to(const Point& target);
     // To a place just before `touched`, which is `target` as far as touches can tell. False if S is there, too.
     [[nodiscard]] bool stop_short(const Point& touched, const Point& target);
@@ -44,6 +45,7 @@ private:
     const double touch_error_;
     Point position_;  // where the planner has the tool
     std::uint64_t grazes_ = 0;
+    std::size_t moves_ = 0;  // since travel to a place began
 };
 
 }  // namespace palpate

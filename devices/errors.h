@@ -13,6 +13,7 @@
 //     Stopped               the operator asked for it
 #pragma once
 
+#include <cstddef>
 #include <stdexcept>
 #include <string>
 
@@ -28,13 +29,17 @@ public:
 // The probe touched something where the planner had proven space free: the part moved, a false trigger, or a false bound.
 class UnexpectedContact : public DeviceError {
 public:
-    UnexpectedContact(const Point& where, const std::string& during) : DeviceError(message(where, during)), where_(where) {}
+    // `moves`: how many moves were made from the one that first touched it, that one included.
+    UnexpectedContact(const Point& where, const std::string& during, std::size_t moves = 1)
+        : DeviceError(message(where, during)), where_(where), moves_(moves) {}
 
     [[nodiscard]] const Point& where() const { return where_; }
+    [[nodiscard]] std::size_t moves() const { return moves_; }
 
 private:
     static std::string message(const Point& where, const std::string& during);
     Point where_;
+    std::size_t moves_;
 };
 
 class ProbeClosed : public DeviceError {

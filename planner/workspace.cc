@@ -221,6 +221,13 @@ std::vector<Point> Workspace::outer_path(const Point& from, const Point& to) con
     return box_path(std::get<Box>(shape_), from, to);
 }
 
+Box Workspace::outer_bounds() const {
+    if (const auto* box = std::get_if<Box>(&shape_)) return *box;
+    const auto& ball = std::get<Ball>(shape_);
+    const Vector outer = Vector::Constant(ball.radius / std::cos(kMaxArc / 2));
+    return {ball.center - outer, ball.center + outer};
+}
+
 double Workspace::outer_distance(const Point& from, const Point& to) const {
     if (const auto* ball = std::get_if<Ball>(&shape_)) {
         const double angle = arc_between(from - ball->center, to - ball->center);

@@ -48,6 +48,8 @@ public:
     // points of its boundary. For a ball: the polygon of tangents around the great-circle arc, so that no chord cuts ω.
     // For a box: straight on a face, or over the edges of the faces between.
     [[nodiscard]] std::vector<Point> outer_path(const Point& from, const Point& to) const;
+    // The least box along the axes that holds ω and every outer_path.
+    [[nodiscard]] Box outer_bounds() const;
     // Length of outer_path, without building it.
     [[nodiscard]] double outer_distance(const Point& from, const Point& to) const;
 

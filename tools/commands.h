@@ -27,7 +27,29 @@ struct SimulateCommand {
 struct CheckCommand {
     std::filesystem::path config;
     std::vector<std::string> overrides;
+    bool offline = false;  // do not connect to the machine
 };
+struct ProbeCommand {
+    std::filesystem::path config;
+    std::filesystem::path folder;
+    std::vector<std::string> overrides;
+    bool yes = false;  // the operator agrees in advance that the machine moves
+    char up = 'z';
+};
+struct ResumeCommand {
+    std::filesystem::path folder;
+    bool replay = false;  // from the journal alone, without a machine
+    bool yes = false;
+    char up = 'z';
+};
+struct TouchCommand {
+    std::filesystem::path config;
+    std::vector<std::string> overrides;
+    std::vector<double> from;  // mm, three each
+    std::vector<double> to;
+    bool yes = false;
+};
+struct PortsCommand {};
 struct BenchCommand {
     std::vector<std::filesystem::path> configs;
     std::vector<std::string> strategies;
@@ -37,10 +59,14 @@ struct BenchCommand {
     bool anytime = false;  // errors before the end instead of the table
 };
 
-// Results go to `out`, progress and warnings to standard error. They throw what the parts throw; see exit_code_of.
+// Results go to `out`, progress, questions and warnings to standard error. They throw what the parts throw.
 ExitCode run(const SimulateCommand& command, std::ostream& out);
 ExitCode run(const CheckCommand& command, std::ostream& out);
 ExitCode run(const BenchCommand& command, std::ostream& out);
+ExitCode run(const ProbeCommand& command, std::ostream& out);
+ExitCode run(const ResumeCommand& command, std::ostream& out);
+ExitCode run(const TouchCommand& command, std::ostream& out);
+ExitCode run(const PortsCommand& command, std::ostream& out);
 
 // Says on standard error what the exception in flight means, in one message, and gives the exit code for it. REQUIRES:
 // called in a catch block.

@@ -3,17 +3,12 @@
 #include <algorithm>
 #include <array>
 #include <charconv>
-#include <cmath>
 #include <fstream>
-#include <nlohmann/json.hpp>
 #include <system_error>
-
-#include "planner/machine_time.h"
 
 namespace palpate {
 namespace {
 
-using Json = nlohmann::ordered_json;
 namespace fs = std::filesystem;
 
 constexpr std::array<const char*, 5> kSessionFiles = {"config.yaml", "mesh.ply", "touches.csv", "summary.json", "picture.png"};
@@ -47,54 +42,7 @@ const char* to_string(Touch::Role role) {
     return "";
 }
 
-// JSON knows no infinity: an unknown distance is null.
-Json number(double x) { return std::isfinite(x) ? Json(x) : Json(nullptr); }
-
-Json summarise(const Certificate& certificate, const std::vector<BadPlace>& bad_places) {
-    Json json{{"status", to_string(certificate.status)}, {"statement", certificate.statement}, {"premises", Json::array()}};
-    for (const Premise& p : certificate.premises) {
-        json["premises"].push_back({{"name", p.name}, {"state", to_string(p.state)}, {"detail", p.detail}});
-    }
-    if (!bad_places.empty()) {
-        json["bad_places"] = Json::array();
-        for (const BadPlace& place : bad_places) {
-            json["bad_places"].push_back({{"position", {place.position.x(), place.position.y(), place.position.z()}},
-                                          {"what", place.what},
-                                          {"epsilon_needed_below", place.epsilon_needed}});
-        }
-    }
-    return json;
-}
-
 }  // namespace
-
-const char* to_string(Premise::State state) {
-    switch (state) {
-        case Premise::State::checked:
-            return "checked";
-        case Premise::State::assumed:
-            return "assumed";
-        case Premise::State::refuted:
-            return "refuted";
-        case Premise::State::missing:
-            return "missing";
-    }
-    return "";
-}
-
-const char* to_string(Certificate::Status status) {
-    switch (status) {
-        case Certificate::Status::certified:
-            return "certified";
-        case Certificate::Status::conditional:
-            return "conditional";
-        case Certificate::Status::refuted:
-            return "refuted";
-        case Certificate::Status::incomplete:
-            return "incomplete";
-    }
-    return "";
-}
 
 void prepare_session_folder(const fs::path& folder, bool force) {
     std::error_code error;
@@ -152,47 +100,6 @@ std::string to_csv(const std::vector<Touch>& touches) {
         text += std::string(",") + to_string(touch.role) + ',' + (touch.sample ? std::to_string(*touch.sample) : "") + '\n';
     }
     return text;
-}
-
-std::string to_json(const Simulation& run, double epsilon) {
-    const Result& r = run.result;
-    const Account& a = r.account;
-    Json json{
-        {"schema", 1},
-        {"samples", r.samples},
-        {"facets", r.topology.facets},
-        {"components", r.topology.components},
-        {"euler_characteristic", r.topology.euler_characteristic},
-        {"boundary_edges", r.topology.boundary_edges},
-        {"nonmanifold_edges", r.topology.nonmanifold_edges},
-        {"epsilon", epsilon},
-        {"max_ball_radius", r.max_ball_radius},
-        {"probes",
-         {{"total", a.probes()},
-          {"contact", a.contact},
-          {"clear", a.clear},
-          {"inferred_contact", a.inferred_contact},
-          {"inferred_clear", a.inferred_clear},
-          {"seed", a.seed}}},
-        {"displacement", {{"total", a.displacement()}, {"travel", a.travel}, {"probing", a.probing}}},
-        {"lower_bounds",
-         {{"samples", static_cast<std::uint64_t>(std::ceil(r.lower_bound_samples))}, {"displacement", r.lower_bound_displacement}}},
-        {"certificate", summarise(r.certificate, r.bad_places)},
-        {"time",
-         {{"planner", run.planner_seconds}, {"oracle", run.oracle_seconds}, {"machine_estimate", estimate_machine_time(a).count()}}},
-        {"truth",
-         {{"hausdorff", number(run.truth.hausdorff)},
-          {"mean_distance", number(run.truth.mean_distance)},
-          {"euler_characteristic", run.truth.euler_characteristic},
-          {"components", run.truth.components},
-          {"area", run.truth.area},
-          {"reach", run.truth.reach ? number(*run.truth.reach) : Json(nullptr)},
-          {"wrong_inferences", run.wrong_inferences},
-          {"unsafe_moves", run.unsafe_moves},
-          {"moves", run.moves},
-          {"distance", run.distance}}},
-    };
-    return json.dump(2) + '\n';
 }
 
 }  // namespace palpate

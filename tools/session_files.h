@@ -5,7 +5,6 @@
 #include <string>
 
 #include "planner/prober.h"
-#include "tools/simulation.h"
 
 namespace palpate {
 
@@ -28,11 +27,5 @@ void write_file(const std::filesystem::path& file, const std::string& content);
 // One line per contact, in order: touch, x, y, z (mm), from_x, from_y, from_z (mm: where the probe started), role
 // (crossing, seed, seed_facet, refinement, repair), sample (its index, or nothing).
 [[nodiscard]] std::string to_csv(const std::vector<Touch>& touches);
-
-// JSON with the keys of DESIGN section 9, and some more.
-[[nodiscard]] std::string to_json(const Simulation& run, double epsilon);
-
-[[nodiscard]] const char* to_string(Certificate::Status status);
-[[nodiscard]] const char* to_string(Premise::State state);
 
 }  // namespace palpate

@@ -1,6 +1,7 @@
 #include "config/internal/section.h"
 
 #include <algorithm>
+#include <array>
 #include <numeric>
 
 #include "config/internal/numbers.h"
@@ -146,6 +147,24 @@ std::uint64_t Section::whole_number(const Key& key, std::uint64_t fallback) {
     const std::string range = "from 0 to " + std::to_string(std::numeric_limits<std::uint64_t>::max());
     const Value* node = offer(key, "whole number", std::to_string(fallback), range);
     return node == nullptr ? fallback : read_whole_number(*node, path_of(key.name), with_unit(range, key.unit));
+}
+
+int Section::whole_number(const Key& key, int low, int high, int fallback) {
+    const std::string range = "from " + std::to_string(low) + " to " + std::to_string(high);
+    const Value* node = offer(key, "whole number", std::to_string(fallback), range);
+    if (node == nullptr) {
+        return fallback;
+    }
+    const std::uint64_t value = read_whole_number(*node, path_of(key.name), with_unit(range, key.unit));
+    if (value < static_cast<std::uint64_t>(low) || value > static_cast<std::uint64_t>(high)) {
+        fail(node->where, path_of(key.name), spell(*node) + " is out of range; allowed: " + range);
+    }
+    return static_cast<int>(value);
+}
+
+bool Section::flag(const Key& key, bool fallback) {
+    static constexpr std::array<std::string_view, 2> kWords{"false", "true"};
+    return word(key, kWords, fallback ? 1 : 0) == 1;
 }
 
 std::string Section::text(const Key& key) {

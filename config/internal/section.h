@@ -62,6 +62,8 @@ public:
     Vector angles(const Key& key);                        // written in degrees, returned in radians; default 0
     double angle(const Key& key, const Bounds& degrees);  // likewise, one
     std::uint64_t whole_number(const Key& key, std::uint64_t fallback);
+    int whole_number(const Key& key, int low, int high, int fallback);
+    bool flag(const Key& key, bool fallback);  // true or false
     std::optional<std::uint64_t> whole_number_or_null(const Key& key);
     std::string text(const Key& key);
     std::size_t word(const Key& key, std::span<const std::string_view> words, std::size_t fallback);  // index of the word

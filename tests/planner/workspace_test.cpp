@@ -115,6 +115,10 @@ TEST(Workspace, NearestBoundaryIsOnTheBoundaryAndNothingIsNearer) {
 // The contract of outer_path for one pair of points.
 void expect_good_outer_path(const Workspace& workspace, const Point& from, const Point& to) {
     const std::vector<Point> path = workspace.outer_path(from, to);
+    const Box bounds = workspace.outer_bounds();
+    for (const Point& p : path) {
+        ASSERT_TRUE(((p - bounds.min).array() >= -tolerance_of(workspace)).all() && ((bounds.max - p).array() >= -tolerance_of(workspace)).all());
+    }
     const double length = chord_length(from, path);
     const double tolerance = 10 * tolerance_of(workspace);
     ASSERT_FALSE(path.empty());

@@ -1,0 +1,142 @@
+#include "config/internal/read_machine.h"
+
+#include <array>
+#include <sstream>
+
+namespace palpate::yaml {
+namespace {
+
+constexpr std::string_view kMillimetres = "mm";
+constexpr std::string_view kFeedUnit = "mm/s";
+constexpr std::array<std::string_view, 3> kHomingWords{"require", "run", "skip"};
+constexpr std::array<std::string_view, 3> kParityWords{"none", "even", "odd"};
+constexpr std::array<char, 3> kParities{'N', 'E', 'O'};
+constexpr int kMaxPort = 65535;
+constexpr int kMaxUnit = 247;
+constexpr int kMaxBaud = 4'000'000;
+constexpr int kMaxTouches = 100;
+
+GrblSpec read_grbl(Section& section) {
+    GrblSpec grbl;
+    grbl.port.path =
+        section.text({"port", "serial port of the controller, such as /dev/ttyUSB0; `palpate ports` lists them", Need::required});
+    grbl.port.baud = section.whole_number({"baud", "its speed"}, 1, kMaxBaud, grbl.port.baud);
+    grbl.port.reset = section.flag(
+        {"reset_on_open", "whether the board is reset when the port is opened, which frees its motors; false spares it where the port can"},
+        grbl.port.reset);
+    return grbl;
+}
+
+ModbusSpec read_modbus(Section& section, const std::filesystem::path& folder) {
+    ModbusSpec modbus;
+    section.mapping({"tcp", "a controller on the network", Need::alternative}, [&](Section& inner) {
+        ModbusTcpSpec tcp;
+        tcp.host = inner.text({"host", "its name or address", Need::required});
+        tcp.port = inner.whole_number({"port", "its port"}, 1, kMaxPort, tcp.port);
+        modbus.line = tcp;
+    });
+    section.mapping({"rtu", "a controller on a serial line", Need::alternative}, [&](Section& inner) {
+        ModbusRtuSpec rtu;
+        rtu.path = inner.text({"path", "serial port, such as /dev/ttyUSB0", Need::required});
+        rtu.baud = inner.whole_number({"baud", "its speed"}, 1, kMaxBaud, rtu.baud);
+        rtu.parity = kParities.at(inner.word({"parity", "its parity"}, kParityWords, 1));
+        rtu.stop_bits = inner.whole_number({"stop_bits", "stop bits"}, 1, 2, rtu.stop_bits);
+        modbus.line = rtu;
+    });
+    modbus.unit = section.whole_number({"unit", "the controller's unit id, 1 to 247"}, 1, kMaxUnit, modbus.unit);
+    modbus.slowest_answer = Seconds(section.number({"slowest_answer", "what an answer may take at most", Need::optional, "s"}, kPositive,
+                                                   modbus.slowest_answer.count()));
+    const std::string profile = section.text(
+        {"profile", "file with the register map, relative to the config file; see devices/README.md", Need::optional, "", "ours"});
+    if (!profile.empty()) modbus.profile = (folder / profile).lexically_normal();
+    section.require_one_alternative();
+    return modbus;
+}
+
+Feeds read_feeds(Section& section) {
+    Feeds feeds;
+    feeds.travel_mm_per_s = section.number({"travel", "between touches", Need::optional, kFeedUnit}, kPositive, feeds.travel_mm_per_s);
+    feeds.probe_mm_per_s = section.number({"probe", "towards a touch", Need::optional, kFeedUnit}, kPositive, feeds.probe_mm_per_s);
+    feeds.touch_mm_per_s =
+        section.number({"touch", "where a touch is measured again", Need::optional, kFeedUnit}, kPositive, feeds.touch_mm_per_s);
+    return feeds;
+}
+
+MultiTouchOptions read_touch(Section& section) {
+    MultiTouchOptions touch;
+    touch.samples =
+        section.whole_number({"samples", "touches whose median counts; 1: the first, looked at again"}, 1, kMaxTouches, touch.samples);
+    touch.tolerance_mm =
+        section.number({"tolerance", "they lie together that closely", Need::optional, kMillimetres}, kPositive, touch.tolerance_mm);
+    touch.retries = section.whole_number({"retries", "further touches in place of those that do not agree"}, 0, kMaxTouches, touch.retries);
+    touch.discard_first =
+        section.flag({"discard_first", "whether the first slow touch does not count: first touches are often off"}, touch.discard_first);
+    touch.confirm =
+        section.flag({"confirm", "whether a single touch is looked at again, so that a false trigger is found out"}, touch.confirm);
+    return touch;
+}
+
+Box read_limits(Section& section) {
+    Box box;
+    box.min = section.vector({"min", "lowest corner", Need::required, kMillimetres}, kAnyNumber);
+    box.max = section.vector({"max", "highest corner", Need::required, kMillimetres}, kAnyNumber);
+    section.require((box.min.array() < box.max.array()).all(), "max",
+                    "is not greater than min in each coordinate; allowed: greater than min in x, y and z (mm)");
+    return box;
+}
+
+// DEVICES section 4: the tool stands before the probe can give way no more.
+void require_stopping(Section& section, const Kinematics& k) {
+    for (const double feed : {k.feeds.travel_mm_per_s, k.feeds.probe_mm_per_s, k.feeds.touch_mm_per_s}) {
+        const double distance = stopping_distance(k, feed);
+        std::ostringstream message;
+        message << "is too small: at " << feed << " mm/s the machine needs " << distance
+                << " mm to stop; allowed: more than that, or lower machine.feeds";
+        section.require(distance < k.overtravel_mm, "overtravel", message.str());
+    }
+}
+
+}  // namespace
+
+MachineConfig read_machine(Section& section, const std::filesystem::path& folder) {
+    MachineConfig machine;
+    section.mapping({"grbl", "a controller of the GRBL family on a serial port", Need::alternative},
+                    [&](Section& inner) { machine.connection = read_grbl(inner); });
+    section.mapping({"modbus", "a controller that speaks Modbus", Need::alternative},
+                    [&](Section& inner) { machine.connection = read_modbus(inner, folder); });
+    machine.homing = static_cast<Homing>(section.word(
+        {"homing", "a machine that is locked or not homed is refused, is homed, or (no switches) is taken to be where it says"},
+        kHomingWords, static_cast<std::size_t>(machine.homing)));
+    machine.origin = section.vector({"origin", "machine coordinates of this configuration's origin", Need::optional, kMillimetres},
+                                    kAnyNumber, machine.origin);
+    section.mapping({"limits", "box that the tool never leaves, in this configuration's coordinates", Need::required},
+                    [&](Section& inner) { machine.limits = read_limits(inner); });
+    Kinematics& k = machine.kinematics;
+    section.mapping({"feeds", "how fast it moves", Need::optional, "", "the defaults below"},
+                    [&](Section& inner) { k.feeds = read_feeds(inner); });
+    k.acceleration_mm_per_s2 =
+        section.number({"acceleration", "of the slowest axis", Need::optional, "mm/s²"}, kPositive, k.acceleration_mm_per_s2);
+    k.latency = Seconds(
+        section.number({"latency", "from the trigger until the machine slows down", Need::optional, "s"}, kNotNegative, k.latency.count()));
+    k.overtravel_mm = section.number(
+        {"overtravel", "what the probe gives way after its trigger; every feed must stop within it", Need::optional, kMillimetres},
+        kPositive, k.overtravel_mm);
+    k.retract_mm = section.number(
+        {"retract", "back after a touch, on the way that the tool came; more than the probe's hysteresis", Need::optional, kMillimetres},
+        kPositive, k.retract_mm);
+    k.resolution_mm =
+        section.number({"resolution", "last digit of the machine's positions", Need::optional, kMillimetres}, kPositive, k.resolution_mm);
+    machine.noise_mm =
+        section.number({"noise", "touches may be off by that besides: repeatability and lobing of the probe", Need::optional, kMillimetres},
+                       kNotNegative, machine.noise_mm);
+    section.mapping({"touch", "how a touch is measured", Need::optional, "", "the defaults below"},
+                    [&](Section& inner) { machine.touch = read_touch(inner); });
+    machine.datum_tolerance_mm = section.number(
+        {"datum_tolerance", "a place touched before may be off by that when a session is resumed", Need::optional, kMillimetres}, kPositive,
+        machine.datum_tolerance_mm);
+    section.require_one_alternative();
+    require_stopping(section, k);
+    return machine;
+}
+
+}  // namespace palpate::yaml

@@ -1,0 +1,53 @@
+// The machine that a session probes with: how it is reached, where it may go, how it moves and touches.
+#pragma once
+
+#include <filesystem>
+#include <string>
+#include <variant>
+
+#include "devices/grbl_device.h"
+#include "devices/kinematics.h"
+#include "devices/multi_touch_device.h"
+#include "devices/serial_port.h"
+#include "planner/workspace.h"
+
+namespace palpate {
+
+struct GrblSpec {
+    SerialPortOptions port;
+};
+
+struct ModbusTcpSpec {
+    std::string host;
+    int port = 502;  // Modbus' own
+};
+
+struct ModbusRtuSpec {
+    std::string path;
+    int baud = 19200;   // Modbus' default, with even parity
+    char parity = 'E';  // 'N', 'E', 'O'
+    int stop_bits = 1;
+};
+
+struct ModbusSpec {
+    std::variant<ModbusTcpSpec, ModbusRtuSpec> line;
+    int unit = 1;
+    Seconds slowest_answer{0.6};    // what an answer may take; some drives need 600 ms
+    std::filesystem::path profile;  // empty: ours
+};
+
+struct MachineConfig {
+    std::variant<GrblSpec, ModbusSpec> connection;
+    Homing homing = Homing::require;
+    Point origin = Point::Zero();  // mm, machine coordinates: where the session's coordinates have their origin
+    Box limits;                    // mm, the session's coordinates: where the tool may be
+    Kinematics kinematics;
+    double noise_mm = 0.0;  // touches may be off by that besides the resolution
+    MultiTouchOptions touch;
+    double datum_tolerance_mm = 0.05;  // a known place may be off by that when a session is resumed
+
+    // mm: Options::touch_error. Positions are rounded both ways.
+    [[nodiscard]] double touch_error() const { return 2 * kinematics.resolution_mm + noise_mm; }
+};
+
+}  // namespace palpate

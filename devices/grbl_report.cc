@@ -1,0 +1,136 @@
+#include "devices/grbl_report.h"
+
+#include <array>
+#include <limits>
+#include <sstream>
+
+namespace palpate {
+namespace {
+
+constexpr int kReportMask = 10;
+constexpr int kReportInches = 13;
+constexpr int kInvertProbe = 6;
+constexpr int kSoftLimits = 20;
+constexpr int kHardLimits = 21;
+constexpr int kHomingCycle = 22;
+constexpr int kHomingDirections = 23;
+constexpr int kStepsPerMm = 100;    // and 101, 102, by axis; likewise the others
+constexpr int kMaxRate = 110;       // mm/min
+constexpr int kAcceleration = 120;  // mm/s²
+constexpr int kMaxTravel = 130;     // mm
+constexpr double kSecondsPerMinute = 60.0;
+constexpr std::array<const char*, 3> kAxes = {"x", "y", "z"};
+
+class Reporter {
+public:
+    explicit Reporter(const grbl::Identity& identity) : identity_(identity) {}
+
+    // A setting, with what is wrong about its value if anything is. Left out where the firmware does not have it.
+    template <typename Check>
+    void add(int number, const std::string& meaning, const std::string& unit, const Check& check) {
+        const auto value = identity_.number(number);
+        if (!value) return;
+        std::ostringstream text;
+        text << *value << unit;
+        settings_.push_back({"$" + std::to_string(number) + " " + meaning, text.str(), check(*value)});
+    }
+    [[nodiscard]] std::vector<MachineSetting> take() { return std::move(settings_); }
+
+private:
+    const grbl::Identity& identity_;
+    std::vector<MachineSetting> settings_;
+};
+
+std::string nothing_wrong(double /*value*/) { return {}; }
+
+void add_axes(Reporter& reporter, const GrblOptions& options) {
+    const Kinematics& k = options.kinematics;
+    const double fastest = std::max({k.feeds.travel_mm_per_s, k.feeds.probe_mm_per_s, k.feeds.touch_mm_per_s});
+    for (int axis = 0; axis < 3; ++axis) {
+        const std::string name = kAxes.at(static_cast<std::size_t>(axis));
+        reporter.add(kStepsPerMm + axis, "steps per mm, " + name, "", [&](double steps) {
+            std::ostringstream text;
+            if (steps > 0 && 1 / steps > k.resolution_mm) {
+                text << "a step is " << 1 / steps << " mm: say machine.resolution: " << 1 / steps << " or more";
+            }
+            return text.str();
+        });
+        reporter.add(kMaxRate + axis, "greatest rate, " + name, " mm/min", [&](double rate) {
+            return rate < fastest * kSecondsPerMinute ? "slower than machine.feeds: moves take longer than reckoned" : "";
+        });
+        reporter.add(kAcceleration + axis, "acceleration, " + name, " mm/s²", [&](double acceleration) {
+            return acceleration < k.acceleration_mm_per_s2 ? "less than machine.acceleration, so the tool needs longer to stop than was "
+                                                             "checked: lower machine.acceleration to it"
+                                                           : "";
+        });
+        reporter.add(kMaxTravel + axis, "travel, " + name, " mm", nothing_wrong);
+    }
+}
+
+// Grbl homes to the end of every axis and calls that 0; its travel lies on the other side, which is negative unless $23 says otherwise
+// in a build that sets the origin there.
+std::optional<Box> reach_of(const grbl::Identity& identity, const Point& origin) {
+    Box box;
+    for (int axis = 0; axis < 3; ++axis) {
+        const auto travel = identity.number(kMaxTravel + axis);
+        if (!travel || *travel <= 0) return std::nullopt;
+        box.min[axis] = -*travel;
+        box.max[axis] = 0;
+    }
+    return Box{box.min - origin, box.max - origin};
+}
+
+std::string state_text(const grbl::Place& place, Homing homing) {
+    std::string text = place.state;
+    if (place.state == "Alarm") {
+        text += homing == Homing::run    ? ": locked; it will be homed"
+                : homing == Homing::skip ? ": locked; it will be unlocked, and its position taken for right"
+                                         : ": locked; home it first";
+    }
+    if (place.homed) text += *place.homed ? ", homed" : ", not homed";
+    return text;
+}
+
+}  // namespace
+
+MachineReport report_on(GrblDevice& device) {
+    grbl::Controller& controller = device.controller();
+    const grbl::Identity& identity = controller.identity();
+    const grbl::Place place = controller.place();
+    MachineReport report;
+    report.identity = identity.version + " on " + controller.link().name();
+    report.state = state_text(place, device.options().homing);
+    report.position = place.position - device.options().origin;
+    report.reach = reach_of(identity, device.options().origin);
+
+    Reporter reporter(identity);
+    reporter.add(kInvertProbe, "probe input inverted", "", nothing_wrong);
+    reporter.add(kReportMask, "what reports hold", "", nothing_wrong);
+    reporter.add(kReportInches, "reports in inches", "", [](double inches) {
+        return inches == 1 ? "inches have a coarser last digit: say $13=0, or machine.resolution: 0.00254 or more" : "";
+    });
+    reporter.add(kSoftLimits, "soft limits", "",
+                 [](double on) { return on == 0 ? "off: only machine.limits keeps the tool from the ends of its travel" : ""; });
+    reporter.add(kHardLimits, "hard limits", "", nothing_wrong);
+    reporter.add(kHomingCycle, "homing", "", [&](double on) {
+        return on == 0 && device.options().homing != Homing::skip
+                   ? "off, so the machine cannot be homed: switch it on, or say machine.homing: skip and set its position by hand"
+                   : "";
+    });
+    reporter.add(kHomingDirections, "directions of homing", "", nothing_wrong);
+    add_axes(reporter, device.options());
+    report.settings = reporter.take();
+    std::ostringstream offset;
+    offset << controller.work_offset().transpose() << " mm";
+    report.settings.push_back({"work offset (WCO)", offset.str(), ""});
+    report.settings.push_back({"probe",
+                               place.probe_unplugged ? "unplugged"
+                               : place.probe_closed  ? "closed"
+                                                     : "open",
+                               place.probe_unplugged ? "plug it in"
+                               : place.probe_closed  ? "free it; if it touches nothing, is its input inverted ($6)?"
+                                                     : ""});
+    return report;
+}
+
+}  // namespace palpate

@@ -1,0 +1,119 @@
+// journal.jsonl: what a session's device answered, in order, each line durable before the planner acts on it.
+//
+//   Every line is a JSON object; "n" counts lines from 0, and "crc" is the CRC-32 of all of the line before it, in 8 hexadecimal digits.
+//   {"n":0,"palpate":"journal","schema":1,"config":"<CRC-32 of config.yaml>","start":[x,y,z],"machine":"Grbl 1.1h on /dev/ttyUSB0",…}
+//   {"n":1,"move":[x,y,z],"pace":"probe","outcome":"contact","at":[x,y,z],"rest":[x,y,z],"events":[{"kind":"spurious_trigger","at":[x,y,z]}],…}
+//   {"n":2,"resumed":{"contact":1,"offset":0.001},…}       taken up again; the contact of line 1 was touched 0.001 mm off its place
+//   {"n":3,"withdrawn":1,…}                                lines 1 to 2 do not count: a touch on travel that the session halted at
+//   {"n":4,"end":{"planner":0.8,"oracle":120.5},…}         seconds; nothing follows
+// Positions are mm, in as many digits as read back to the same bits; "rest" is where the tool rests after the move.
+//
+// A last line that was not written to its end is dropped. All other damage is an error, with its line.
+#pragma once
+
+#include <cstdint>
+#include <filesystem>
+#include <optional>
+#include <string>
+#include <vector>
+
+#include "devices/errors.h"
+#include "devices/probe_device.h"
+
+namespace palpate {
+
+// The journal cannot be written or is in use: a fault like that of a device, after which the session can be resumed.
+class JournalError : public DeviceError {
+public:
+    using DeviceError::DeviceError;
+};
+
+// What is in the file is not what was written to it. The message begins with file:line.
+class JournalDamaged : public std::runtime_error {
+public:
+    using std::runtime_error::runtime_error;
+};
+
+struct JournalHeader {
+    std::string config;           // digest(): of the configuration that the session runs on
+    Point start = Point::Zero();  // mm: where the tool was
+    std::string machine;
+
+    friend bool operator==(const JournalHeader&, const JournalHeader&) = default;
+};
+
+// A move that was asked of the device, and its answer.
+struct JournalMove {
+    Point target = Point::Zero();
+    Pace pace = Pace::travel;
+    MoveResult result;
+    Point rest = Point::Zero();
+    std::uint64_t line = 0;
+
+    friend bool operator==(const JournalMove&, const JournalMove&) = default;
+};
+
+struct JournalEnd {
+    double planner_seconds = 0.0;
+    double oracle_seconds = 0.0;
+
+    friend bool operator==(const JournalEnd&, const JournalEnd&) = default;
+};
+
+struct Journal {
+    JournalHeader header;
+    std::vector<JournalMove> moves{};  // those that count
+    std::uint64_t resumptions = 0;
+    std::optional<JournalEnd> end{};
+    std::uint64_t lines = 0;          // whole ones
+    std::uint64_t bytes = 0;          // of them
+    std::uint64_t dropped_bytes = 0;  // of a last line that is torn
+
+    // Where the tool rests after all of it.
+    [[nodiscard]] const Point& last_rest() const { return moves.empty() ? header.start : moves.back().rest; }
+    // The last contact that a probe found; nothing if there is none.
+    [[nodiscard]] std::optional<std::size_t> last_contact() const;
+};
+
+// CRC-32 in 8 hexadecimal digits.
+[[nodiscard]] std::string digest(const std::string& text);
+
+// Throws JournalDamaged, and JournalError if it cannot be read. Linear time.
+[[nodiscard]] Journal read_journal(const std::filesystem::path& file);
+[[nodiscard]] Journal parse_journal(const std::string& text, const std::string& name);
+
+// Appends; every call returns when the line is on the disk. One process at a time.
+class JournalWriter {
+public:
+    // Throws JournalError if another process has it, or it cannot be opened. `lines` and `bytes` are what the file holds of whole lines;
+    // what is beyond is cut off.
+    static JournalWriter create(const std::filesystem::path& file, const JournalHeader& header);
+    // Locks the file first, so that what `read` finds stays true.
+    explicit JournalWriter(const std::filesystem::path& file);
+    ~JournalWriter();
+    JournalWriter(JournalWriter&& other) noexcept;
+    JournalWriter(const JournalWriter&) = delete;
+    JournalWriter& operator=(const JournalWriter&) = delete;
+    JournalWriter& operator=(JournalWriter&&) = delete;
+
+    // Reads the file and goes on after its whole lines: a torn one is cut off.
+    [[nodiscard]] Journal read();
+
+    // Each throws JournalError if the line cannot be made durable (the disk is full, say); the file then ends with the line before.
+    // Returns the number of the line.
+    std::uint64_t append(const JournalMove& move);
+    void append_resumed(std::optional<std::uint64_t> contact_line, double offset_mm);
+    void append_withdrawn(std::uint64_t first_line);
+    void append(const JournalEnd& end);
+
+private:
+    void append_line(std::string line);
+    [[noreturn]] void fail(const std::string& what, int error) const;
+
+    std::filesystem::path path_;
+    int file_ = -1;
+    std::uint64_t lines_ = 0;
+    std::uint64_t bytes_ = 0;
+};
+
+}  // namespace palpate

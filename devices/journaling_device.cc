@@ -1,0 +1,58 @@
+#include "devices/journaling_device.h"
+
+#include <cassert>
+#include <sstream>
+
+#include "devices/internal/journal_words.h"
+
+namespace palpate {
+namespace {
+
+std::string describe(const Point& target, Pace pace) {
+    std::ostringstream text;
+    text.precision(17);
+    text << word_of(pace) << " to (" << target.x() << ", " << target.y() << ", " << target.z() << ')';
+    return text.str();
+}
+
+}  // namespace
+
+MoveResult JournalingDevice::guarded_move(const Point& target, Pace pace) {
+    if (next_ < record_.moves.size()) {
+        const JournalMove& known = replay(target, pace);
+        rest_ = known.rest;
+        return known.result;
+    }
+    if (device_ == nullptr) {
+        if (writer_ == nullptr) {
+            throw ReplayMismatch("the journal ends after line " + std::to_string(record_.lines) + ", but the planner asks on (" +
+                                 describe(target, pace) + "): the session was not finished; resume it");
+        }
+        device_ = &go_live_(target);
+    }
+    JournalMove move{target, pace, device_->guarded_move(target, pace), device_->position()};
+    writer_->append(move);
+    return std::move(move.result);
+}
+
+const JournalMove& JournalingDevice::replay(const Point& target, Pace pace) {
+    const JournalMove& known = record_.moves[next_];
+    if (known.target != target || known.pace != pace) {
+        throw ReplayMismatch("line " + std::to_string(known.line + 1) + " of the journal answers " + describe(known.target, known.pace) +
+                             ", but the planner asks for " + describe(target, pace) +
+                             ": the journal was written by another version of Palpate, or for another configuration");
+    }
+    ++next_;
+    return known;
+}
+
+void JournalingDevice::stop() {
+    if (device_ != nullptr) device_->stop();
+}
+
+void JournalingDevice::withdraw(std::size_t count) {
+    assert(writer_ != nullptr && device_ == nullptr && count > 0 && count <= next_ && next_ == record_.moves.size());
+    writer_->append_withdrawn(record_.moves[next_ - count].line);
+}
+
+}  // namespace palpate

@@ -1,0 +1,217 @@
+#include "devices/journaling_device.h"
+
+#include <gmock/gmock.h>
+#include <gtest/gtest.h>
+
+#include <filesystem>
+
+#include "devices/trail.h"
+#include "tests/random.h"
+
+namespace palpate {
+namespace {
+
+namespace fs = std::filesystem;
+using ::testing::HasSubstr;
+
+// Touches the plane z = 0 from above and rests 0.5 before it.
+class FloorDevice final : public ProbeDevice {
+public:
+    explicit FloorDevice(const Point& start) : position_(start) {}
+    [[nodiscard]] Point position() const override { return position_; }
+    [[nodiscard]] MoveResult guarded_move(const Point& target, Pace /*pace*/) override {
+        if (fails) throw DeviceError("cable pulled");
+        ++moves;
+        if (target.z() > 0) {
+            position_ = target;
+            return {MoveResult::Outcome::reached, target};
+        }
+        const Point start = position_;
+        const Point touched = start + start.z() / (start.z() - target.z()) * (target - start);
+        position_ = touched + std::min(0.5 / (start - touched).norm(), 1.0) * (start - touched);
+        return {MoveResult::Outcome::contact, touched, {{DeviceEvent::Kind::spurious_trigger, start}}};
+    }
+    void stop() override { ++stops; }
+
+    bool fails = false;
+    int moves = 0;
+    int stops = 0;
+
+private:
+    Point position_;
+};
+
+class Journaling : public ::testing::Test {
+protected:
+    Journaling() {
+        std::string name = (fs::temp_directory_path() / "palpate_journaling_XXXXXX").string();
+        folder_ = mkdtemp(name.data());
+        file_ = folder_ / "journal.jsonl";
+    }
+    ~Journaling() override { fs::remove_all(folder_); }
+
+    fs::path folder_;
+    fs::path file_;
+    const JournalHeader header_{"c", {0, 0, 10}, "floor"};
+    const std::vector<std::pair<Point, Pace>> requests_ = {{{1, 0, 9}, Pace::travel}, {{1, 0, -3}, Pace::probe}, {{1, 0, 5}, Pace::travel},
+                                                           {{4, 0, 5}, Pace::travel}, {{4, 0, -1}, Pace::probe}, {{4, 0, 5}, Pace::travel}};
+};
+
+TEST_F(Journaling, AnAnswerIsOnTheDiskBeforeItIsGiven) {
+    FloorDevice floor(header_.start);
+    JournalWriter writer = JournalWriter::create(file_, header_);
+    JournalingDevice device(Journal{header_}, &writer, [&](const Point&) -> ProbeDevice& { return floor; });
+    EXPECT_EQ(device.position(), header_.start);
+    for (std::size_t k = 0; k < requests_.size(); ++k) {
+        const MoveResult result = device.guarded_move(requests_[k].first, requests_[k].second);
+        const Journal journal = read_journal(file_);
+        ASSERT_EQ(journal.moves.size(), k + 1);
+        EXPECT_EQ(journal.moves[k].result, result);
+        EXPECT_EQ(journal.moves[k].rest, floor.position());
+        EXPECT_EQ(device.position(), floor.position());
+    }
+    device.stop();
+    EXPECT_EQ(floor.stops, 1);
+}
+
+TEST_F(Journaling, AFaultLeavesNoLine) {
+    FloorDevice floor(header_.start);
+    JournalWriter writer = JournalWriter::create(file_, header_);
+    JournalingDevice device(Journal{header_}, &writer, [&](const Point&) -> ProbeDevice& { return floor; });
+    (void)device.guarded_move({1, 0, 9}, Pace::travel);
+    floor.fails = true;
+    EXPECT_THROW((void)device.guarded_move({2, 0, 9}, Pace::travel), DeviceError);
+    EXPECT_EQ(read_journal(file_).moves.size(), 1U);
+}
+
+TEST_F(Journaling, TheRecordAnswersFirstAndGoesLiveWhereItEnds) {
+    for (std::size_t split = 0; split <= requests_.size(); ++split) {
+        fs::remove(file_);
+        std::vector<MoveResult> answers;
+        {
+            FloorDevice floor(header_.start);
+            JournalWriter writer = JournalWriter::create(file_, header_);
+            JournalingDevice device(Journal{header_}, &writer, [&](const Point&) -> ProbeDevice& { return floor; });
+            for (std::size_t k = 0; k < split; ++k) answers.push_back(device.guarded_move(requests_[k].first, requests_[k].second));
+        }
+        JournalWriter writer(file_);
+        Journal record = writer.read();
+        FloorDevice floor(record.last_rest());
+        std::vector<Point> went_live;
+        JournalingDevice device(std::move(record), &writer, [&](const Point& target) -> ProbeDevice& {
+            went_live.push_back(target);
+            return floor;
+        });
+        for (std::size_t k = 0; k < requests_.size(); ++k) {
+            const MoveResult answer = device.guarded_move(requests_[k].first, requests_[k].second);
+            if (k < split) {
+                EXPECT_EQ(answer, answers[k]);
+                EXPECT_FALSE(device.is_live());
+            }
+        }
+        EXPECT_EQ(went_live.size(), split < requests_.size() ? 1U : 0U);
+        if (split < requests_.size()) {
+            EXPECT_EQ(went_live[0], requests_[split].first);
+        }
+        EXPECT_EQ(static_cast<std::size_t>(floor.moves), requests_.size() - split) << "nothing is asked twice";
+        EXPECT_EQ(read_journal(file_).moves.size(), requests_.size());
+    }
+}
+
+TEST_F(Journaling, AnotherRequestThanTheRecordedOneIsAnErrorThatSaysWhere) {
+    FloorDevice floor(header_.start);
+    JournalWriter writer = JournalWriter::create(file_, header_);
+    JournalingDevice first(Journal{header_}, &writer, [&](const Point&) -> ProbeDevice& { return floor; });
+    for (const auto& [target, pace] : requests_) (void)first.guarded_move(target, pace);
+    for (const bool other_pace : {false, true}) {
+        JournalingDevice again(read_journal(file_), nullptr, {});
+        (void)again.guarded_move(requests_[0].first, requests_[0].second);
+        try {
+            (void)again.guarded_move(other_pace ? requests_[1].first : Point(1, 0, std::nextafter(-3, 0)),
+                                     other_pace ? Pace::travel : Pace::probe);
+            FAIL();
+        } catch (const ReplayMismatch& mismatch) {
+            EXPECT_THAT(mismatch.what(), HasSubstr("line 3"));
+        }
+    }
+}
+
+TEST_F(Journaling, WithoutAMachineTheRecordHasToSuffice) {
+    Journal record{header_};
+    record.lines = 1;
+    JournalingDevice device(record, nullptr, {});
+    EXPECT_THROW((void)device.guarded_move({1, 0, 9}, Pace::travel), ReplayMismatch);
+}
+
+TEST_F(Journaling, AWithdrawnTouchIsAskedAgain) {
+    FloorDevice floor(header_.start);
+    {
+        JournalWriter writer = JournalWriter::create(file_, header_);
+        JournalingDevice device(Journal{header_}, &writer, [&](const Point&) -> ProbeDevice& { return floor; });
+        for (std::size_t k = 0; k < 5; ++k) (void)device.guarded_move(requests_[k].first, requests_[k].second);
+    }
+    JournalWriter writer(file_);
+    JournalingDevice device(writer.read(), &writer, {});
+    for (std::size_t k = 0; k < 5; ++k) (void)device.guarded_move(requests_[k].first, requests_[k].second);
+    device.withdraw(2);
+    const Journal journal = read_journal(file_);
+    EXPECT_EQ(journal.moves.size(), 3U);
+    EXPECT_EQ(journal.lines, 7U) << "nothing is taken out of the file";
+}
+
+// --- trail -----------------------------------------------------------------------------------------------------------
+
+double length_of(const Point& from, const std::vector<Point>& way) { return path_length(from, way); }
+
+TEST(Trail, WaysAreAsShortAsAnyOverTheMovesThatWereMade) {
+    constexpr std::uint64_t kSeed = 21;
+    SCOPED_TRACE(seed_text(kSeed));
+    Random random(kSeed);
+    for (int trial = 0; trial < 30; ++trial) {
+        // A walk between few places, so that it comes back to them.
+        std::vector<Point> places;
+        for (int k = 0; k < 8; ++k) places.push_back(random.in_box(Point::Zero(), Point::Constant(10)));
+        Journal journal{{"c", places[0], "m"}};
+        std::vector<std::vector<double>> shortest(8, std::vector<double>(8, 1e9));
+        std::size_t at = 0;
+        for (std::size_t k = 0; k < 8; ++k) shortest[k][k] = 0;
+        for (int k = 0; k < 14; ++k) {
+            const std::size_t to = random.below(8);
+            journal.moves.push_back({places[to], Pace::travel, {MoveResult::Outcome::reached, places[to]}, places[to]});
+            const double length = (places[to] - places[at]).norm();
+            shortest[at][to] = std::min(shortest[at][to], length);
+            shortest[to][at] = std::min(shortest[to][at], length);
+            at = to;
+        }
+        for (std::size_t k = 0; k < 8; ++k) {
+            for (std::size_t i = 0; i < 8; ++i) {
+                for (std::size_t j = 0; j < 8; ++j) shortest[i][j] = std::min(shortest[i][j], shortest[i][k] + shortest[k][j]);
+            }
+        }
+        const Trail trail(journal);
+        for (std::size_t i = 0; i < 8; ++i) {
+            if (shortest[0][i] > 1e8) {
+                EXPECT_THROW((void)trail.way(places[0], places[i]), std::invalid_argument);
+                continue;
+            }
+            const auto way = trail.way(places[0], places[i]);
+            EXPECT_NEAR(length_of(places[0], way), shortest[0][i], 1e-9);
+            EXPECT_EQ(way.empty(), i == 0);
+        }
+    }
+}
+
+TEST(Trail, AMoveThatPassedNearAPlaceIsFound) {
+    Journal journal{{"c", {0, 0, 0}, "m"}};
+    for (const Point& p : {Point(10, 0, 0), Point(10, 10, 0)}) {
+        journal.moves.push_back({p, Pace::travel, {MoveResult::Outcome::reached, p}, p});
+    }
+    const Trail trail(journal);
+    const auto near = trail.move_near({5, 0.01, 0}, 0.02);
+    ASSERT_TRUE(near);
+    EXPECT_LE(distance_to(*near, {5, 0.01, 0}), 0.0101);
+    EXPECT_FALSE(trail.move_near({5, 0.03, 0}, 0.02));
+}
+
+}  // namespace
+}  // namespace palpate

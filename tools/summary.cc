@@ -1,0 +1,109 @@
+#include "tools/summary.h"
+
+#include <cmath>
+#include <nlohmann/json.hpp>
+
+#include "planner/machine_time.h"
+
+namespace palpate {
+namespace {
+
+using Json = nlohmann::ordered_json;
+
+// JSON knows no infinity: an unknown distance is null.
+Json number(double x) { return std::isfinite(x) ? Json(x) : Json(nullptr); }
+
+Json summarise(const Certificate& certificate, const std::vector<BadPlace>& bad_places) {
+    Json json{{"status", to_string(certificate.status)}, {"statement", certificate.statement}, {"premises", Json::array()}};
+    for (const Premise& p : certificate.premises) {
+        json["premises"].push_back({{"name", p.name}, {"state", to_string(p.state)}, {"detail", p.detail}});
+    }
+    if (!bad_places.empty()) {
+        json["bad_places"] = Json::array();
+        for (const BadPlace& place : bad_places) {
+            json["bad_places"].push_back({{"position", {place.position.x(), place.position.y(), place.position.z()}},
+                                          {"what", place.what},
+                                          {"epsilon_needed_below", place.epsilon_needed}});
+        }
+    }
+    return json;
+}
+
+// What every run has, whatever answered it.
+Json summarise(const Result& r, double epsilon, double planner_seconds, double oracle_seconds, double machine_estimate) {
+    const Account& a = r.account;
+    return {
+        {"schema", 1},
+        {"samples", r.samples},
+        {"facets", r.topology.facets},
+        {"components", r.topology.components},
+        {"euler_characteristic", r.topology.euler_characteristic},
+        {"boundary_edges", r.topology.boundary_edges},
+        {"nonmanifold_edges", r.topology.nonmanifold_edges},
+        {"epsilon", epsilon},
+        {"max_ball_radius", r.max_ball_radius},
+        {"probes",
+         {{"total", a.probes()},
+          {"contact", a.contact},
+          {"clear", a.clear},
+          {"failed", a.failed},
+          {"grazes", a.grazes},
+          {"inferred_contact", a.inferred_contact},
+          {"inferred_clear", a.inferred_clear},
+          {"seed", a.seed}}},
+        {"displacement", {{"total", a.displacement()}, {"travel", a.travel}, {"probing", a.probing}}},
+        {"lower_bounds",
+         {{"samples", static_cast<std::uint64_t>(std::ceil(r.lower_bound_samples))}, {"displacement", r.lower_bound_displacement}}},
+        {"certificate", summarise(r.certificate, r.bad_places)},
+        {"time", {{"planner", planner_seconds}, {"oracle", oracle_seconds}, {"machine_estimate", machine_estimate}}},
+    };
+}
+
+}  // namespace
+
+const char* to_string(Premise::State state) {
+    switch (state) {
+        case Premise::State::checked:
+            return "checked";
+        case Premise::State::assumed:
+            return "assumed";
+        case Premise::State::refuted:
+            return "refuted";
+        case Premise::State::missing:
+            return "missing";
+    }
+    return "";
+}
+
+const char* to_string(Certificate::Status status) {
+    switch (status) {
+        case Certificate::Status::certified:
+            return "certified";
+        case Certificate::Status::conditional:
+            return "conditional";
+        case Certificate::Status::refuted:
+            return "refuted";
+        case Certificate::Status::incomplete:
+            return "incomplete";
+    }
+    return "";
+}
+
+std::string to_json(const Simulation& run, double epsilon) {
+    Json json = summarise(run.result, epsilon, run.planner_seconds, run.oracle_seconds, estimate_machine_time(run.result.account).count());
+    json["truth"] = {
+        {"hausdorff", number(run.truth.hausdorff)},
+        {"mean_distance", number(run.truth.mean_distance)},
+        {"euler_characteristic", run.truth.euler_characteristic},
+        {"components", run.truth.components},
+        {"area", run.truth.area},
+        {"reach", run.truth.reach ? number(*run.truth.reach) : Json(nullptr)},
+        {"wrong_inferences", run.wrong_inferences},
+        {"unsafe_moves", run.unsafe_moves},
+        {"moves", run.moves},
+        {"distance", run.distance},
+    };
+    return json.dump(2) + '\n';
+}
+
+}  // namespace palpate
