@@ -1,0 +1,118 @@
+// A touch probe on a machine whose controller speaks Modbus (register map: devices/modbus_profile.h).
+#pragma once
+
+#include <memory>
+#include <optional>
+#include <stop_token>
+#include <string>
+#include <string_view>
+#include <vector>
+
+#include "devices/clock.h"
+#include "devices/errors.h"
+#include "devices/kinematics.h"
+#include "devices/modbus_link.h"
+#include "devices/modbus_profile.h"
+#include "devices/probe_device.h"
+#include "planner/workspace.h"
+
+namespace palpate {
+
+class ModbusClient;
+class ModbusMotion;
+struct ModbusStatus;
+struct MotionEnd;
+
+struct ModbusDeviceOptions {
+    ModbusLinkOptions link;
+    ModbusProfile profile = ModbusProfile::standard();
+    Kinematics kinematics;         // has to be what the controller does
+    Point origin = Point::Zero();  // mm: our origin in machine coordinates
+    Seconds patience{2.0};         // a move may take so much longer than twice what it should
+};
+
+// What `palpate check` shows. Positions and limits are machine coordinates in mm.
+struct ModbusReport {
+    std::string link;
+    std::string profile;
+    std::string identity;
+    Box limits;
+    Point position = Point::Zero();
+    bool is_homed = false;
+    bool is_standing = false;
+    bool is_enabled = false;
+    bool is_probe_closed = false;
+    int fault_code = 0;  // 0: none
+
+    [[nodiscard]] std::vector<std::string> lines() const;
+};
+
+// Speaks Palpate's coordinates: machine coordinates less `origin`. One thread uses it; the stop token may be used from anywhere.
+class ModbusDevice final : public ProbeDevice {
+public:
+    // The state machine is drawn in devices/README.md.
+    enum class State {
+        connecting,
+        locked,    // not homed, in fault, or the probe is closed: nothing moves until recover() finds the cause gone
+        idle,      // stands where position() says
+        moving,    // within guarded_move
+        stopping,  // slows down, then backs off the way that it came
+        fault,     // something failed in mid-move; recover()
+        lost,      // no connection; recover()
+    };
+
+    // Connects, and moves nothing. A machine that is not ready leaves the device `locked`, so that it can still be reported.
+    // `clock` must outlive the device.
+    // Throws ConnectionLost; DeviceError if another process has the machine, it is another controller than the profile is for, or if a
+    // stopping distance exceeds the overtravel; std::invalid_argument on a false profile.
+    ModbusDevice(ModbusDeviceOptions options, Clock& clock, std::stop_token stop = {});
+    ~ModbusDevice() override;
+    ModbusDevice(const ModbusDevice&) = delete;
+    ModbusDevice& operator=(const ModbusDevice&) = delete;
+    ModbusDevice(ModbusDevice&&) = delete;
+    ModbusDevice& operator=(ModbusDevice&&) = delete;
+
+    [[nodiscard]] Point position() const override { return position_; }
+    // After a contact the tool is back by kinematics.retract_mm, or at the start of the move if that is nearer, with the probe open.
+    // Throws, and is `idle` then: OutOfLimits, ProbeClosed (before the move), Stopped, BadAnswer, DeviceRefused, DeviceTimeout. What of
+    // these comes in mid-move first stops the tool and backs off. If that fails too, and on ProbeClosed after a touch, DeviceAlarm,
+    // PositionLost and ConnectionLost it is `fault`, `locked` or `lost`.
+    [[nodiscard]] MoveResult guarded_move(const Point& target, Pace pace) override;
+    void stop() override;
+
+    // The one way out of locked, fault and lost: connects again, resets a fault, and if the probe is pressed on by a move that failed,
+    // goes back the way that move came. Throws what is still in the way.
+    void recover();
+
+    [[nodiscard]] State state() const { return state_; }
+    // Asks the controller; moves nothing.
+    [[nodiscard]] ModbusReport report();
+
+private:
+    struct Ready;
+    [[nodiscard]] Ready ready();
+    [[nodiscard]] MoveResult move(const Point& target, Pace pace);
+    [[nodiscard]] MoveResult finish(const MotionEnd& end, const Point& start, const Point& target);
+    void check_contact(const ModbusStatus& status, const Point& start, const Point& target) const;
+    void retract(const ModbusStatus& status, const Point& start, const Point& from);
+    void back_off(const Point& start);
+    void back_off_after(const DeviceError& failure, const Point& start);
+    void check_ready(const ModbusStatus& status);
+    void inspect();
+    void check_target(const Point& machine) const;
+    [[nodiscard]] std::string where() const;
+
+    ModbusDeviceOptions options_;
+    std::stop_token stop_;
+    State state_ = State::connecting;
+    std::unique_ptr<ModbusClient> client_;
+    std::unique_ptr<ModbusMotion> motion_;
+    std::string identity_;
+    Box limits_;  // machine coordinates
+    Point position_ = Point::Zero();
+    std::optional<Point> way_back_{};  // machine coordinates: where a move that failed had started
+};
+
+[[nodiscard]] std::string_view name_of(ModbusDevice::State state);
+
+}  // namespace palpate

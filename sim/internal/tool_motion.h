@@ -1,0 +1,36 @@
+// One straight move of a virtual tool on its way.
+#pragma once
+
+#include <optional>
+#include <vector>
+
+#include "sim/internal/tool_path.h"
+#include "sim/internal/trapezoid.h"
+#include "sim/virtual_tool.h"
+
+namespace palpate {
+
+// Times are those of the tool.
+struct ToolMotion {
+    Segment way;       // where it really goes, in the object's coordinates
+    Vector direction;  // of length 1, or 0 where the way has none
+    Trapezoid profile;
+    VirtualTool::Guard guard = VirtualTool::Guard::none;
+    Seconds start{0.0};
+    std::vector<Stretch> stretches{};
+    std::size_t stretch = 0;  // in which it is now
+    std::optional<Seconds> slow_down{};
+
+    [[nodiscard]] double whole() const { return (way.target - way.source).norm(); }
+    [[nodiscard]] double travelled(Seconds now) const { return profile.distance(now - start); }
+    [[nodiscard]] Point at(double distance) const { return way.source + distance * direction; }
+    [[nodiscard]] Seconds end() const { return start + profile.duration(); }
+    // When it passes the surface the next time, if it comes that far.
+    [[nodiscard]] std::optional<Seconds> next_crossing() const {
+        if (stretch + 1 >= stretches.size()) return std::nullopt;
+        const auto time = profile.time_at(stretches[stretch + 1].from);
+        return time ? std::optional(start + *time) : std::nullopt;
+    }
+};
+
+}  // namespace palpate

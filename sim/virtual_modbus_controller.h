@@ -1,0 +1,96 @@
+// The program of a virtual Modbus controller: registers on one side, a virtual tool on the other. No sockets, no threads, no clock.
+#pragma once
+
+#include <cstdint>
+#include <optional>
+#include <span>
+#include <string>
+#include <vector>
+
+#include "devices/modbus_profile.h"
+#include "sim/virtual_tool.h"
+
+namespace palpate {
+
+struct VirtualModbusOptions {
+    ModbusProfile profile = ModbusProfile::standard();
+    VirtualToolOptions tool;
+    std::string identity = "palpate virtual probe 1";
+    bool homed = true;
+    double speedup = 1.0;  // the tool's time runs so much faster than ours; the heartbeat is watched in ours
+};
+
+// What goes wrong in the machine. Each happens once, in the next move (the first three: at its touch).
+enum class MachineFault : std::uint8_t {
+    missed_edge,       // the tool stops at the touch, but nothing is latched
+    repeated_edge,     // one more edge is counted than there was
+    missed_trigger,    // the probe does not close
+    spurious_trigger,  // the probe closes for a moment where nothing is
+    limit,             // the limit switch is met on the way
+};
+
+class VirtualModbusController {
+public:
+    // `object` must outlive it. Throws std::invalid_argument on a false profile.
+    VirtualModbusController(const HiddenObject& object, const VirtualModbusOptions& options);
+
+    // Nothing if the registers can be read, written; otherwise the number of a Modbus exception: 2 where a register is none of the
+    // profile's, or not the host's to write, 6 for a command while the axes move.
+    [[nodiscard]] std::optional<int> refuses_to_read(int address, int registers) const;
+    [[nodiscard]] std::optional<int> refuses_to_write(int address, int registers) const;
+    // REQUIRES: not refused.
+    void write(int address, std::span<const std::uint16_t> words);
+    // All registers from first_address() on, as they are now.
+    [[nodiscard]] std::span<const std::uint16_t> registers();
+    [[nodiscard]] int first_address() const { return first_address_; }
+
+    void advance(Seconds time);
+
+    void inject(MachineFault fault) { fault_ = fault; }
+    // The program stands still, as if its cycle had crashed, while registers still answer; its watchdog stops the axes.
+    void freeze();
+    // Power off and on: the axes stop dead, the position is lost, all is forgotten.
+    void reset();
+    // The count of steps is right from here on. REQUIRES: not moving.
+    void home();
+
+    [[nodiscard]] const VirtualTool& tool() const { return tool_; }
+    [[nodiscard]] VirtualTool& tool() { return tool_; }
+    [[nodiscard]] std::uint64_t heartbeat_stops() const { return heartbeat_stops_; }
+
+private:
+    enum class Armed : std::uint8_t { nothing, closing, opening };
+
+    [[nodiscard]] bool holds(ModbusField field, int address, int registers) const;
+    [[nodiscard]] std::uint16_t told(ModbusField field) const;
+    [[nodiscard]] Point told_target() const;
+    void control(std::uint16_t word);
+    void start();
+    [[nodiscard]] std::uint16_t objection(const Point& target, Armed armed) const;
+    void fail(std::uint16_t code);
+    void latch();
+    void put(ModbusField field, double value);
+    void put(ModbusField x, const Point& p);
+
+    VirtualModbusOptions options_;
+    VirtualTool tool_;
+    int first_address_ = 0;
+    std::vector<bool> known_;           // by address: the profile has it
+    std::vector<std::uint16_t> words_;  // by address
+    bool is_homed_ = true;
+    bool is_frozen_ = false;
+    std::uint16_t drive_state_;  // the CiA 402 bits of the status word
+    std::uint16_t control_word_ = 0;
+    std::uint16_t fault_code_ = 0;
+    std::uint16_t sequence_ = 0;
+    std::uint16_t heartbeat_ = 0;
+    Seconds silence_{0};  // since the heartbeat changed
+    std::uint64_t heartbeat_stops_ = 0;
+    Armed armed_ = Armed::nothing;
+    std::uint16_t stored_ = 0;  // bits of the touch-probe status
+    std::uint16_t edges_ = 0;
+    Point latched_ = Point::Zero();
+    std::optional<MachineFault> fault_{};
+};
+
+}  // namespace palpate

@@ -1,0 +1,101 @@
+// A virtual Modbus machine with a sphere in it, and the driver that is tested on it.
+#pragma once
+
+#include <unistd.h>
+
+#include <filesystem>
+#include <memory>
+#include <optional>
+#include <stop_token>
+#include <string>
+
+#include "devices/clock.h"
+#include "devices/modbus_device.h"
+#include "sim/hidden_object.h"
+#include "sim/virtual_modbus.h"
+
+namespace palpate::test {
+
+enum class Wire { tcp, rtu };
+
+inline std::string name_of(Wire wire) { return wire == Wire::tcp ? "Tcp" : "Rtu"; }
+
+constexpr double kRadius = 5.0;              // mm, of the sphere around our origin
+inline const Point kOrigin(1.0, -2.0, 3.0);  // of our coordinates in the machine's
+inline const Point kStart(20.0, 0.0, 0.0);   // where the tool is at first, in ours
+constexpr Seconds kAnswerTimeout{0.1};
+constexpr Seconds kSlowestAnswer{0.2};
+
+// Moves take a fiftieth of their time, so that tests are short; the heartbeat is watched in ours.
+constexpr double kSpeedup = 50.0;
+
+inline VirtualModbusOptions machine_options(double speedup = kSpeedup) {
+    VirtualModbusOptions options;
+    options.tool.start = kStart + kOrigin;
+    options.tool.origin = kOrigin;
+    options.tool.limits = {Point::Constant(-40.0), Point::Constant(40.0)};
+    options.speedup = speedup;
+    return options;
+}
+
+class Machine {
+public:
+    explicit Machine(Wire wire, const VirtualModbusOptions& options = machine_options())
+        : object_(ShapeSpec{SphereSpec{kRadius}}), virtual_(object_, options, where(wire)) {}
+
+    [[nodiscard]] ModbusLinkOptions link() const {
+        ModbusLinkOptions link = virtual_.link();
+        link.answer_timeout = kAnswerTimeout;
+        link.slowest_answer = kSlowestAnswer;
+        link.reconnects = 3;
+        link.reconnect_pause = Seconds(0.02);
+        return link;
+    }
+    [[nodiscard]] ModbusDeviceOptions options() const {
+        ModbusDeviceOptions options;
+        options.link = link();
+        options.origin = kOrigin;
+        return options;
+    }
+    [[nodiscard]] std::unique_ptr<ModbusDevice> device(const std::stop_token& stop = {}) {
+        return std::make_unique<ModbusDevice>(options(), clock_, stop);
+    }
+
+    [[nodiscard]] Clock& clock() { return clock_; }
+    [[nodiscard]] VirtualModbus& operator*() { return virtual_; }
+    [[nodiscard]] VirtualModbus* operator->() { return &virtual_; }
+    [[nodiscard]] const HiddenObject& object() const { return object_; }
+
+    [[nodiscard]] VirtualToolAudit audit() {
+        return virtual_.with_controller([](const VirtualModbusController& c) { return c.tool().audit(); });
+    }
+    [[nodiscard]] bool is_moving() {
+        return virtual_.with_controller([](const VirtualModbusController& c) { return c.tool().is_moving(); });
+    }
+    // In our coordinates.
+    [[nodiscard]] Point tool() {
+        return virtual_.with_controller([](const VirtualModbusController& c) { return c.tool().position(); }) - kOrigin;
+    }
+    [[nodiscard]] std::uint64_t heartbeat_stops() {
+        return virtual_.with_controller([](const VirtualModbusController& c) { return c.heartbeat_stops(); });
+    }
+    void inject(MachineFault fault) {
+        virtual_.with_controller([fault](VirtualModbusController& c) { c.inject(fault); });
+    }
+    void inject(const AnswerFault& fault) { virtual_.inject(fault); }
+
+private:
+    // One link for each process: tests run beside each other.
+    static std::variant<VirtualModbusTcp, VirtualModbusSerial> where(Wire wire) {
+        if (wire == Wire::tcp) return VirtualModbusTcp{};
+        static int count = 0;
+        return VirtualModbusSerial{std::filesystem::temp_directory_path() /
+                                   ("palpate-modbus-" + std::to_string(::getpid()) + "-" + std::to_string(++count))};
+    }
+
+    SteadyClock clock_;
+    HiddenObject object_;
+    VirtualModbus virtual_;
+};
+
+}  // namespace palpate::test

@@ -1,0 +1,246 @@
+#include "sim/virtual_tool.h"
+
+#include <gtest/gtest.h>
+
+#include "tests/sim/support.h"
+
+namespace palpate {
+namespace {
+
+using Guard = VirtualTool::Guard;
+
+class VirtualToolTest : public testing::Test {
+protected:
+    VirtualToolTest() { options.start = Point(20, 0, 0); }
+
+    HiddenObject ball{ShapeSpec{SphereSpec{10.0}}};
+    VirtualToolOptions options;
+};
+
+TEST_F(VirtualToolTest, TakesTheTimeOfATrapezoid) {
+    VirtualTool tool(ball, options);
+    tool.start_move({20, 30, 0}, 10, Guard::until_contact);
+    tool.advance(Seconds(1.0));
+    EXPECT_TRUE(tool.is_moving());
+    EXPECT_NEAR(tool.position().y(), 10 * 1.0 - 100.0 / 400, 1e-3);
+    EXPECT_NEAR(tool.speed_mm_per_s(), 10, 1e-9);
+    const Seconds rest = tool.finish();
+    EXPECT_NEAR(1.0 + rest.count(), move_duration(options.kinematics, 30, 10).count(), 1e-9);
+    EXPECT_EQ(tool.position(), Point(20, 30, 0));
+    EXPECT_FALSE(tool.trigger());
+}
+
+TEST_F(VirtualToolTest, RunsOnPastTheTriggerByTheStoppingDistance) {
+    VirtualTool tool(ball, options);
+    tool.start_move(Point::Zero(), 10, Guard::until_contact);
+    tool.finish();
+    ASSERT_TRUE(tool.trigger());
+    EXPECT_EQ(*tool.trigger(), Point(10, 0, 0));
+    EXPECT_NEAR(tool.position().x(), 10 - stopping_distance(options.kinematics, 10), 1e-3);
+    EXPECT_TRUE(tool.is_probe_closed());
+    EXPECT_NEAR(tool.audit().deepest_mm, stopping_distance(options.kinematics, 10), 1e-3);
+    EXPECT_EQ(tool.audit().unsafe_moves, 0U);
+    EXPECT_EQ(tool.audit().unguarded_moves, 0U);
+}
+
+TEST_F(VirtualToolTest, OpensOnTheWayOutWhereItLeavesTheSolid) {
+    VirtualTool tool(ball, options);
+    tool.start_move(Point::Zero(), 10, Guard::until_contact);
+    tool.finish();
+    tool.start_move({20, 0, 0}, 10, Guard::until_release);
+    tool.finish();
+    ASSERT_TRUE(tool.trigger());
+    EXPECT_EQ(*tool.trigger(), Point(10, 0, 0));
+    EXPECT_GT(tool.position().x(), 10);
+    EXPECT_FALSE(tool.is_probe_closed());
+    EXPECT_EQ(tool.audit().unsafe_moves, 0U) << "coming out is safe";
+}
+
+TEST_F(VirtualToolTest, AMoveThatIsClosedAtItsStartStopsAtOnce) {
+    VirtualTool tool(ball, options);
+    tool.start_move(Point::Zero(), 10, Guard::until_contact);
+    tool.finish();
+    const Point rest = tool.position();
+    tool.start_move(Point::Zero(), 10, Guard::until_contact);
+    tool.finish();
+    EXPECT_EQ(tool.trigger(), rest);
+    EXPECT_LT((tool.position() - rest).norm(), 0.01);
+}
+
+TEST_F(VirtualToolTest, TheTriggerIsTheFirstHitEverywhere) {
+    constexpr std::uint64_t kSeed = 5;
+    SCOPED_TRACE(seed_text(kSeed));
+    for (const auto& [name, spec] : all_shapes()) {
+        SCOPED_TRACE(name);
+        const HiddenObject object(spec);
+        Random random(kSeed);
+        int contacts = 0;
+        for (int i = 0; i < 300; ++i) {
+            VirtualToolOptions place = options;
+            place.origin = Point(3, -1, 7);
+            place.kinematics.resolution_mm = 1e-6;
+            const Segment way{random.around(object.bounds(), 0.5), random.around(object.bounds(), 0.1)};
+            if (object.contains(way.source)) continue;
+            place.start = way.source + place.origin;
+            VirtualTool tool(object, place);
+            tool.start_move(way.target + place.origin, random.uniform(0.1, 5), Guard::until_contact);
+            tool.finish();
+            const auto hit = object.first_hit(way);
+            ASSERT_EQ(hit.has_value(), tool.trigger().has_value());
+            if (!hit) continue;
+            ++contacts;
+            EXPECT_LT((*hit + place.origin - *tool.trigger()).norm(), 2e-6);
+        }
+        EXPECT_GT(contacts, 5);
+    }
+}
+
+TEST_F(VirtualToolTest, SmallStepsOfTimeAndOneLargeStepAreTheSame) {
+    VirtualTool one(ball, options);
+    VirtualTool many(ball, options);
+    one.start_move(Point(0, 3, 0), 8, Guard::until_contact);
+    many.start_move(Point(0, 3, 0), 8, Guard::until_contact);
+    one.advance(Seconds(10.0));
+    for (int i = 0; i < 10000; ++i) many.advance(Seconds(0.001));
+    EXPECT_EQ(one.position(), many.position());
+    EXPECT_EQ(one.trigger(), many.trigger());
+    EXPECT_EQ(one.audit().deepest_mm, many.audit().deepest_mm);
+}
+
+TEST_F(VirtualToolTest, HoldingSlowsDownAndKeepsThePosition) {
+    VirtualTool tool(ball, options);
+    tool.start_move({20, 30, 0}, 10, Guard::until_contact);
+    tool.advance(Seconds(1.0));
+    const Point before = tool.position();
+    tool.decelerate();
+    tool.finish();
+    EXPECT_NEAR((tool.position() - before).norm(), 100.0 / 400, 2e-3);
+    EXPECT_LT((tool.true_position() - tool.position()).norm(), 1e-3);
+}
+
+TEST_F(VirtualToolTest, AnAbortedMoveLosesThePositionUntilItIsPlaced) {
+    VirtualTool tool(ball, options);
+    tool.start_move({20, 30, 0}, 10, Guard::until_contact);
+    tool.advance(Seconds(1.0));
+    const Point counted = tool.position();
+    tool.abort();
+    EXPECT_FALSE(tool.is_moving());
+    EXPECT_EQ(tool.position(), counted);
+    EXPECT_NEAR(tool.true_position().y() - counted.y(), 100.0 / 400, 2e-3);
+    tool.start_move({20, 30, 0}, 10, Guard::until_contact);
+    tool.finish();
+    EXPECT_EQ(tool.position(), Point(20, 30, 0));
+    EXPECT_NEAR(tool.true_position().y(), 30.25, 2e-3);
+    tool.place({20, 0, 0});
+    EXPECT_EQ(tool.true_position(), Point(20, 0, 0));
+}
+
+TEST_F(VirtualToolTest, UnsafeMovesAreCounted) {
+    const auto unsafe_after = [&](const Point& target, Guard guard, double feed, double overtravel) {
+        VirtualToolOptions changed = options;
+        changed.kinematics.overtravel_mm = overtravel;
+        VirtualTool tool(ball, changed);
+        tool.start_move(target, feed, guard);
+        tool.finish();
+        return tool.audit().unsafe_moves;
+    };
+    EXPECT_EQ(unsafe_after({15, 0, 0}, Guard::none, 10, 2), 0U) << "ends outside";
+    EXPECT_EQ(unsafe_after({9, 0, 0}, Guard::none, 10, 2), 1U) << "enters unguarded, however little";
+    EXPECT_EQ(unsafe_after({-20, 0, 0}, Guard::none, 10, 2), 1U) << "through";
+    EXPECT_EQ(unsafe_after({-20, 0, 0}, Guard::until_contact, 10, 2), 0U);
+    EXPECT_EQ(unsafe_after({-20, 0, 0}, Guard::until_contact, 60, 2), 1U) << "60²/400 mm are too fast for 2 mm";
+    EXPECT_EQ(unsafe_after({-20, 0, 0}, Guard::until_contact, 10, 0.1), 1U);
+    EXPECT_EQ(unsafe_after({20, 20, 0}, Guard::until_contact, 10, 0.1), 0U);
+}
+
+TEST_F(VirtualToolTest, AfterATouchOnlyGoingDeeperUnguardedIsUnsafe) {
+    VirtualTool tool(ball, options);
+    tool.start_move(Point::Zero(), 10, Guard::until_contact);
+    tool.finish();
+    tool.start_move({20, 0, 0}, 10, Guard::none);
+    tool.finish();
+    EXPECT_EQ(tool.audit().unsafe_moves, 0U);
+    EXPECT_EQ(tool.audit().unguarded_moves, 1U);
+    tool.start_move(Point::Zero(), 10, Guard::until_contact);
+    tool.finish();
+    tool.start_move({9, 0, 0}, 10, Guard::none);
+    tool.finish();
+    EXPECT_EQ(tool.audit().unsafe_moves, 1U);
+    tool.start_move({-20, 0, 0}, 10, Guard::until_release);
+    tool.finish();
+    EXPECT_EQ(tool.audit().unsafe_moves, 2U) << "out at the other side";
+}
+
+TEST_F(VirtualToolTest, MovesThatLeaveTheLimitsAreCounted) {
+    options.limits = {Point(-30, -30, -30), Point(30, 30, 30)};
+    VirtualTool tool(ball, options);
+    tool.start_move({30, 0, 0}, 10, Guard::until_contact);
+    tool.finish();
+    EXPECT_EQ(tool.audit().outside_limits, 0U);
+    tool.start_move({30.1, 0, 0}, 10, Guard::until_contact);
+    tool.finish();
+    EXPECT_EQ(tool.audit().outside_limits, 1U);
+    EXPECT_EQ(tool.audit().moves, 2U);
+    EXPECT_NEAR(tool.audit().distance_mm, 10.1, 1e-9);
+}
+
+TEST_F(VirtualToolTest, FaultsOfTheProbe) {
+    VirtualTool spurious(ball, options);
+    spurious.start_move({20, 30, 0}, 10, Guard::until_contact);
+    spurious.advance(Seconds(1.0));
+    spurious.trigger_spuriously();
+    spurious.finish();
+    ASSERT_TRUE(spurious.trigger());
+    EXPECT_NEAR(spurious.trigger()->y(), 9.75, 1e-3);
+    EXPECT_FALSE(spurious.is_probe_closed());
+
+    VirtualTool missing(ball, options);
+    missing.miss_next_trigger();
+    missing.start_move({8, 0, 0}, 10, Guard::until_contact);
+    missing.finish();
+    EXPECT_FALSE(missing.trigger());
+    EXPECT_FALSE(missing.is_probe_closed());
+    missing.start_move({20, 0, 0}, 10, Guard::none);
+    missing.finish();
+    missing.start_move({8, 0, 0}, 10, Guard::until_contact);
+    missing.finish();
+    EXPECT_TRUE(missing.trigger()) << "only the next one is missed";
+
+    VirtualTool cut(ball, options);
+    cut.set_unplugged(true);
+    cut.start_move({0, 0, 0}, 10, Guard::until_contact);
+    cut.finish();
+    EXPECT_FALSE(cut.trigger());
+    EXPECT_EQ(cut.audit().unsafe_moves, 1U);
+}
+
+TEST_F(VirtualToolTest, ABouncingProbeOpensAndClosesAroundATouch) {
+    VirtualTool tool(ball, options);
+    tool.bounce(3);
+    tool.start_move(Point::Zero(), 10, Guard::until_contact);
+    while (!tool.trigger()) tool.advance(Seconds(0.001));
+    int changes = 0;
+    bool last = true;
+    for (int i = 0; i < 200; ++i) {
+        tool.advance(Seconds(0.001));
+        changes += tool.is_probe_closed() != last ? 1 : 0;
+        last = tool.is_probe_closed();
+    }
+    EXPECT_EQ(changes, 6);
+    EXPECT_TRUE(last);
+    EXPECT_EQ(*tool.trigger(), Point(10, 0, 0));
+}
+
+TEST_F(VirtualToolTest, JumpingFromEventToEventEndsEveryMove) {
+    VirtualTool tool(ball, options);
+    EXPECT_FALSE(tool.time_to_event());
+    tool.start_move(Point::Zero(), 10, Guard::until_contact);
+    int events = 0;
+    for (auto next = tool.time_to_event(); next && events < 100; next = tool.time_to_event(), ++events) tool.advance(*next);
+    EXPECT_LT(events, 10);
+    EXPECT_FALSE(tool.is_moving());
+    EXPECT_EQ(*tool.trigger(), Point(10, 0, 0));
+}
+
+}  // namespace
+}  // namespace palpate
