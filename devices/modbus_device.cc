@@ -299,6 +299,11 @@ void ModbusDevice::stop() {
     }
 }
 
+void ModbusDevice::retreat(const Point& start) {
+    way_back_ = start + options_.origin;
+    recover();
+}
+
 void ModbusDevice::recover() {
     if (!client_->link().is_connected()) client_->link().reconnect();
     state_ = State::connecting;

@@ -84,6 +84,9 @@ public:
     // goes back the way that move came. Throws what is still in the way.
     void recover();
 
+    // As recover(), for a tool that an earlier host left on a surface: off it towards `start`, which it came from.
+    void retreat(const Point& start);
+
     [[nodiscard]] State state() const { return state_; }
     // Asks the controller; moves nothing.
     [[nodiscard]] ModbusReport report();

@@ -7,6 +7,7 @@
 
 #include "config/strategy_names.h"
 #include "tools/session_files.h"
+#include "tools/summary.h"
 
 namespace palpate {
 namespace {

@@ -5,6 +5,7 @@
 #include <unistd.h>
 
 #include <iostream>
+#include <sstream>
 
 #include "config/config_error.h"
 #include "config/reader.h"
@@ -15,10 +16,10 @@
 #include "sim/errors.h"
 #include "tools/anytime.h"
 #include "tools/bench.h"
-#include "tools/picture.h"
-#include "tools/progress_display.h"
+#include "tools/results.h"
 #include "tools/session_files.h"
 #include "tools/simulation.h"
+#include "tools/summary.h"
 
 namespace palpate {
 namespace {
@@ -50,57 +51,14 @@ void warn_of_other_truth(const Simulation& run) {
 
 // Runs with a progress line on standard error.
 Simulation simulate_with_progress(const SessionConfig& config, const Scene& scene) {
-    ProgressDisplay display(std::cerr, DisplayTraits::of(STDERR_FILENO));
-    Progress last;
-    Simulation run = simulate(config, scene, [&](const Progress& progress) {
-        last = progress;
-        display.update(progress);
-    });
-    last.samples = run.result.samples;
-    last.probes = run.result.account.probes();
-    last.worst_ball_radius = run.result.max_ball_radius;
-    last.open_edges = run.result.topology.boundary_edges;
-    last.fraction_done = 1.0;
-    display.finish(last);
-    return run;
+    return with_progress([&](const auto& on_progress) { return simulate(config, scene, on_progress); });
 }
 
-PictureOptions picture_options(char up) {
-    PictureOptions options;
-    if (up == 'y') {
-        options.up = Vector::UnitY();
-        options.view_direction = {0.35, 0.38, 1.0};
-    } else if (up == 'x') {
-        options.up = Vector::UnitX();
-        options.view_direction = {1.0, 1.0, -1.8};
-    }
-    return options;
-}
-
-void print_result(const Simulation& run, const SessionConfig& config, std::ostream& out) {
-    const Result& r = run.result;
-    const Account& a = r.account;
-    out << "samples        " << r.samples << " (" << static_cast<double>(r.samples) / r.lower_bound_samples << " x the hexagonal bound)\n"
-        << "probes         " << a.probes() << " (" << static_cast<double>(a.probes()) / static_cast<double>(r.samples)
-        << " per sample): " << a.contact << " contacts, " << a.clear << " clear\n"
-        << "displacement   " << a.displacement() << " mm (" << r.account.displacement() / r.lower_bound_displacement
-        << " x the bound): " << a.travel << " travel, " << a.probing << " probing\n"
-        << "mesh           " << r.topology.facets << " facets, " << r.topology.components << " component(s), Euler characteristic "
-        << r.topology.euler_characteristic << ", " << r.topology.boundary_edges << " boundary and " << r.topology.nonmanifold_edges
-        << " non-manifold edges, largest ball " << r.max_ball_radius << " mm (epsilon " << config.probing.epsilon << ")\n"
-        << "truth          Euler characteristic " << run.truth.euler_characteristic << ", " << run.truth.components
-        << " component(s), Hausdorff distance " << run.truth.hausdorff << " mm, " << run.unsafe_moves << " unsafe moves\n"
-        << "certificate    " << to_string(r.certificate.status) << ": " << r.certificate.statement << '\n';
-    for (const Premise& premise : r.certificate.premises) {
-        out << "  " << to_string(premise.state) << "  " << premise.name << " - " << premise.detail << '\n';
-    }
-    constexpr std::size_t kShown = 10;
-    for (std::size_t k = 0; k < r.bad_places.size() && k < kShown; ++k) {
-        const BadPlace& place = r.bad_places[k];
-        out << "  bad place    " << place.what << " at (" << place.position.transpose() << "): needs an epsilon below "
-            << place.epsilon_needed << " mm\n";
-    }
-    if (r.bad_places.size() > kShown) out << "  and " << r.bad_places.size() - kShown << " more bad places, see summary.json\n";
+std::string describe_truth(const Simulation& run) {
+    std::ostringstream text;
+    text << "Euler characteristic " << run.truth.euler_characteristic << ", " << run.truth.components
+         << " component(s), Hausdorff distance " << run.truth.hausdorff << " mm, " << run.unsafe_moves << " unsafe moves";
+    return text.str();
 }
 
 }  // namespace
@@ -114,17 +72,8 @@ ExitCode run(const SimulateCommand& command, std::ostream& out) {
     const Simulation run = simulate_with_progress(config, scene);
     warn_of_other_truth(run);
     write_file(command.folder / "config.yaml", write_config(config));
-    write_file(command.folder / "mesh.ply", to_ply(run.result.mesh));
-    write_file(command.folder / "touches.csv", to_csv(run.result.touches));
-    write_file(command.folder / "summary.json", to_json(run, config.probing.epsilon));
-    if (!run.result.mesh.triangles.empty()) {
-        std::vector<Point> touches;
-        for (const Touch& touch : run.result.touches) {
-            if (touch.sample) touches.push_back(touch.position);
-        }
-        write_picture(command.folder / "picture.png", run.result.mesh, touches, picture_options(command.up));
-    }
-    print_result(run, config, out);
+    write_results(command.folder, run.result, to_json(run, config.probing.epsilon), command.up);
+    print_result(run.result, config.probing.epsilon, describe_truth(run), out);
     out << "written to     " << command.folder.string() << ": config.yaml, mesh.ply, touches.csv, summary.json, picture.png\n";
     return run.result.certificate.status == Certificate::Status::incomplete ? ExitCode::incomplete : ExitCode::done;
 }

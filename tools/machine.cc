@@ -1,21 +1,69 @@
 #include "tools/machine.h"
 
-#include "devices/errors.h"
+#include "config/modbus_profile_reader.h"
 #include "devices/grbl_report.h"
 
 namespace palpate {
+namespace {
 
-Machine::Machine(const MachineConfig& config, const std::stop_token& stop) {
-    const GrblOptions options{config.kinematics, config.origin, config.homing};
-    port_ = std::make_unique<SerialPort>(std::get<GrblSpec>(config.connection).port);
-    grbl_ = std::make_unique<GrblDevice>(*port_, clock_, options, stop);
+ModbusDeviceOptions options_for(const MachineConfig& config, const ModbusSpec& modbus) {
+    ModbusDeviceOptions options;
+    if (const auto* tcp = std::get_if<ModbusTcpSpec>(&modbus.line)) options.link.where = ModbusTcp{tcp->host, tcp->port};
+    if (const auto* rtu = std::get_if<ModbusRtuSpec>(&modbus.line)) {
+        options.link.where = ModbusRtu{rtu->path, rtu->baud, rtu->parity, rtu->stop_bits};
+    }
+    options.link.unit = modbus.unit;
+    options.link.slowest_answer = modbus.slowest_answer;
+    if (!modbus.profile.empty()) options.profile = read_modbus_profile(modbus.profile);
+    options.kinematics = config.kinematics;
+    options.origin = config.origin;
+    return options;
 }
 
-ProbeDevice& Machine::device() { return *grbl_; }
-void Machine::make_ready() { grbl_->make_ready(); }
-void Machine::retreat(const Point& target) { grbl_->retreat(target); }
-bool Machine::is_probe_closed() { return grbl_->is_probe_closed(); }
-bool Machine::is_position_trusted() { return grbl_->controller().state() == grbl::State::idle; }
-MachineReport Machine::report() { return report_on(*grbl_); }
+MachineReport to_report(const ModbusReport& said, const Point& origin) {
+    MachineReport report;
+    report.identity = said.identity + ", " + said.link + ", profile " + said.profile;
+    report.state = said.fault_code != 0 ? "fault" : !said.is_homed ? "not homed" : said.is_standing ? "standing" : "moving";
+    report.position = said.position - origin;
+    report.reach = Box{said.limits.min - origin, said.limits.max - origin};
+    const auto add = [&](const char* name, bool good, const char* value, const char* otherwise, const char* problem) {
+        report.settings.push_back({name, good ? value : otherwise, good ? "" : problem});
+    };
+    add("homed", said.is_homed, "yes", "no", "home it at its own panel: nobody knows where the tool is");
+    add("fault", said.fault_code == 0, "none", "there is one", "clear its cause; the lines above say which");
+    add("probe", !said.is_probe_closed, "open", "closed", "free it, or look at its lead");
+    return report;
+}
+
+}  // namespace
+
+Machine::Machine(const MachineConfig& config, const std::stop_token& stop) : origin_(config.origin) {
+    if (const auto* grbl = std::get_if<GrblSpec>(&config.connection)) {
+        port_ = std::make_unique<SerialPort>(grbl->port);
+        grbl_ = std::make_unique<GrblDevice>(*port_, clock_, GrblOptions{config.kinematics, config.origin, config.homing}, stop);
+    } else {
+        modbus_ = std::make_unique<ModbusDevice>(options_for(config, std::get<ModbusSpec>(config.connection)), clock_, stop);
+    }
+}
+
+ProbeDevice& Machine::device() {
+    if (grbl_) return *grbl_;
+    return *modbus_;
+}
+
+void Machine::make_ready() {
+    if (grbl_) return grbl_->make_ready();
+    if (modbus_->state() != ModbusDevice::State::idle) modbus_->recover();
+}
+
+void Machine::retreat(const Point& target) { grbl_ ? grbl_->retreat(target) : modbus_->retreat(target); }
+
+bool Machine::is_probe_closed() { return grbl_ ? grbl_->is_probe_closed() : modbus_->report().is_probe_closed; }
+
+bool Machine::is_position_trusted() {
+    return grbl_ ? grbl_->controller().state() == grbl::State::idle : modbus_->report().is_homed && modbus_->report().fault_code == 0;
+}
+
+MachineReport Machine::report() { return grbl_ ? report_on(*grbl_) : to_report(modbus_->report(), origin_); }
 
 }  // namespace palpate

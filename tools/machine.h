@@ -8,28 +8,31 @@
 #include "config/machine_config.h"
 #include "devices/clock.h"
 #include "devices/machine_report.h"
+#include "devices/modbus_device.h"
 
 namespace palpate {
 
 class Machine {
 public:
-    // Connects and moves nothing. Throws DeviceError.
+    // Connects and moves nothing. Throws DeviceError, and ConfigError on a bad Modbus profile.
     Machine(const MachineConfig& config, const std::stop_token& stop);
 
     [[nodiscard]] ProbeDevice& device();
-    // Homes, unlocks or refuses, as `homing` says.
+    // Makes it fit to move: homes, unlocks or refuses, as `homing` says. Throws DeviceError, ProbeClosed if the probe is closed.
     void make_ready();
-    // From a surface that an earlier session left the probe on, straight to `target`, which it came from.
+    // Off a surface that an earlier session left the probe on, straight towards `target`, which it came from.
     void retreat(const Point& target);
     [[nodiscard]] bool is_probe_closed();
-    // Whether the machine knows where it is: not locked since it connected.
+    // Whether the machine says that it knows where it is.
     [[nodiscard]] bool is_position_trusted();
     [[nodiscard]] MachineReport report();
 
 private:
     SteadyClock clock_;
-    std::unique_ptr<SerialPort> port_;
-    std::unique_ptr<GrblDevice> grbl_;
+    Point origin_;
+    std::unique_ptr<SerialPort> port_;      // of GRBL
+    std::unique_ptr<GrblDevice> grbl_;      // one of the two
+    std::unique_ptr<ModbusDevice> modbus_;  // is there
 };
 
 }  // namespace palpate

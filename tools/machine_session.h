@@ -3,8 +3,8 @@
 
 #include <filesystem>
 #include <functional>
-#include <iosfwd>
 #include <stop_token>
+#include <string>
 
 #include "config/session_config.h"
 #include "devices/metered_device.h"
@@ -22,24 +22,24 @@ struct MachineRun {
     double oracle_seconds = 0.0;
 };
 
-// What a session needs from whoever runs it.
-struct SessionContext {
-    std::function<void(const Progress&)> on_progress;  // may be empty
-    // Asks the operator before anything moves: what the machine is, and what it will do. Throws if the answer is no.
-    std::function<void(const std::string& what_will_move)> ask;
-    std::function<void(const std::string& note)> say;
+// Whoever runs a session.
+struct SessionHost {
+    std::function<void(const Progress&)> on_progress;      // may be empty
+    std::function<void(const std::string& plan)> ask;      // asks the operator before anything moves; throws if the answer is no
+    std::function<void(const std::string& sentence)> say;  // what the operator may want to know
     std::stop_token stop;
 };
 
-// ω of a configuration for a machine. Throws SetupError if there is no machine, ω is not given, or the tool may not go all around it.
+// ω of a configuration for a machine. Throws SetupError if there is no machine, ω is not given, or the tool may not go all around it;
+// std::invalid_argument as check_options does.
 [[nodiscard]] Workspace machine_workspace(const SessionConfig& config);
 
-// A new session. `folder` holds its config.yaml and gets journal.jsonl. Throws DeviceError on a fault, after which the session can be
-// resumed, and what probe_surface throws.
-[[nodiscard]] MachineRun start_session(const SessionConfig& config, const std::filesystem::path& folder, const SessionContext& context);
+// A new session in a folder that holds its config.yaml; makes journal.jsonl there. Throws DeviceError on a fault, after which the session
+// can be resumed if the journal was begun, and what probe_surface throws.
+[[nodiscard]] MachineRun start_session(const SessionConfig& config, const std::filesystem::path& folder, const SessionHost& host);
 // Takes up a session where its journal ends: replays it, brings the tool back, touches a known place again, and goes on.
-[[nodiscard]] MachineRun resume_session(const SessionConfig& config, const std::filesystem::path& folder, const SessionContext& context);
-// The same result again from a journal that was finished, without a machine.
-[[nodiscard]] MachineRun replay_session(const SessionConfig& config, const std::filesystem::path& folder, const SessionContext& context);
+[[nodiscard]] MachineRun resume_session(const SessionConfig& config, const std::filesystem::path& folder, const SessionHost& host);
+// The same result again, from the journal of a session that was finished.
+[[nodiscard]] MachineRun replay_session(const SessionConfig& config, const std::filesystem::path& folder, const SessionHost& host);
 
 }  // namespace palpate

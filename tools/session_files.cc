@@ -11,7 +11,8 @@ namespace {
 
 namespace fs = std::filesystem;
 
-constexpr std::array<const char*, 5> kSessionFiles = {"config.yaml", "mesh.ply", "touches.csv", "summary.json", "picture.png"};
+constexpr std::array<const char*, 6> kSessionFiles = {"config.yaml", "journal.jsonl", "mesh.ply",
+                                                      "touches.csv", "summary.json",  "picture.png"};
 
 void append(std::string& text, double x) {
     std::array<char, 32> digits{};

@@ -106,4 +106,25 @@ std::string to_json(const Simulation& run, double epsilon) {
     return json.dump(2) + '\n';
 }
 
+std::string to_json(const MachineRun& run, double epsilon) {
+    const Meter& meter = run.meter;
+    Json json = summarise(run.result, epsilon, run.planner_seconds, run.oracle_seconds, meter.machine_time.count());
+    const auto moves = [](const MoveCount& count) {
+        return Json{{"reached", count.reached}, {"contact", count.contact}, {"failed", count.failed}};
+    };
+    json["machine"] = {
+        {"identity", run.machine},
+        {"moves", {{"travel", moves(meter.travel)}, {"probe", moves(meter.probe)}}},
+        {"displacement", meter.displacement_mm},
+        {"events",
+         {{"spurious_trigger", meter.count(DeviceEvent::Kind::spurious_trigger)},
+          {"scattered_touch", meter.count(DeviceEvent::Kind::scattered_touch)},
+          {"repeated_command", meter.count(DeviceEvent::Kind::repeated_command)},
+          {"reconnected", meter.count(DeviceEvent::Kind::reconnected)}}},
+        {"grazes", run.grazes},
+        {"resumptions", run.resumptions},
+    };
+    return json.dump(2) + '\n';
+}
+
 }  // namespace palpate

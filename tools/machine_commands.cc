@@ -1,0 +1,148 @@
+// The commands that drive a machine: probe, resume, touch, ports.
+#include <spdlog/spdlog.h>
+#include <unistd.h>
+
+#include <iostream>
+#include <sstream>
+
+#include "config/reader.h"
+#include "config/writer.h"
+#include "devices/errors.h"
+#include "devices/limited_device.h"
+#include "devices/multi_touch_device.h"
+#include "devices/port_list.h"
+#include "tools/commands.h"
+#include "tools/consent.h"
+#include "tools/machine.h"
+#include "tools/machine_session.h"
+#include "tools/results.h"
+#include "tools/session_files.h"
+#include "tools/simulation.h"
+#include "tools/stop_signals.h"
+#include "tools/summary.h"
+
+namespace palpate {
+namespace {
+
+namespace fs = std::filesystem;
+
+void ask(const std::string& what_will_move, bool yes) { ask_consent(what_will_move, yes, std::cin, std::cerr, isatty(STDIN_FILENO) == 1); }
+
+SessionHost host_for(bool yes, const StopSignals& signals) {
+    SessionHost host;
+    host.ask = [yes](const std::string& plan) { ask(plan, yes); };
+    host.say = [](const std::string& sentence) { spdlog::info("{}", sentence); };
+    host.stop = signals.token();
+    return host;
+}
+
+// Runs a session, says how to go on if it is interrupted, and writes what it found.
+ExitCode run_session(const fs::path& folder, const SessionConfig& config, char up, SessionHost host, std::ostream& out,
+                     MachineRun (*session)(const SessionConfig&, const fs::path&, const SessionHost&)) {
+    try {
+        const MachineRun run = with_progress([&](const auto& on_progress) {
+            host.on_progress = on_progress;
+            return session(config, folder, host);
+        });
+        write_results(folder, run.result, to_json(run, config.probing.epsilon), up);
+        print_result(run.result, config.probing.epsilon, "", out);
+        out << "written to     " << folder.string() << ": config.yaml, journal.jsonl, mesh.ply, touches.csv, summary.json, picture.png\n";
+        return run.result.certificate.status == Certificate::Status::incomplete ? ExitCode::incomplete : ExitCode::done;
+    } catch (const DeviceError&) {
+        if (fs::exists(folder / "journal.jsonl")) {
+            spdlog::warn("what was touched is in {}; go on with: palpate resume {}", (folder / "journal.jsonl").string(), folder.string());
+        }
+        throw;
+    }
+}
+
+Point point_of(const std::vector<double>& coordinates, const char* option) {
+    if (coordinates.size() != 3) throw SetupError(std::string(option) + ": needs three numbers, x,y,z in mm");
+    return {coordinates[0], coordinates[1], coordinates[2]};
+}
+
+std::string text(const Point& p) {
+    std::ostringstream out;
+    out << p.x() << ", " << p.y() << ", " << p.z();
+    return out.str();
+}
+
+}  // namespace
+
+ExitCode run(const ProbeCommand& command, std::ostream& out) {
+    const StopSignals signals;
+    const SessionConfig config = read_config(command.config, command.overrides);
+    (void)machine_workspace(config);
+    prepare_session_folder(command.folder, false);
+    write_file(command.folder / "config.yaml", write_config(config));
+    try {
+        return run_session(command.folder, config, command.up, host_for(command.yes, signals), out, start_session);
+    } catch (...) {
+        // A session that never began does not stand in the way of the next.
+        std::error_code ignored;
+        if (!fs::exists(command.folder / "journal.jsonl", ignored)) fs::remove(command.folder / "config.yaml", ignored);
+        throw;
+    }
+}
+
+ExitCode run(const ResumeCommand& command, std::ostream& out) {
+    const StopSignals signals;
+    if (!fs::exists(command.folder / "journal.jsonl")) {
+        throw SetupError(command.folder.string() + ": holds no journal.jsonl; only what `palpate probe` began can be resumed");
+    }
+    const SessionConfig config = read_config(command.folder / "config.yaml", {});
+    return run_session(command.folder, config, command.up, host_for(command.yes, signals), out,
+                       command.replay ? replay_session : resume_session);
+}
+
+ExitCode run(const TouchCommand& command, std::ostream& out) {
+    const StopSignals signals;
+    const SessionConfig config = read_config(command.config, command.overrides);
+    if (!config.machine) throw SetupError("machine: missing; a touch needs machine.grbl or machine.modbus");
+    const MachineConfig& machine_config = *config.machine;
+    const Point from = point_of(command.from, "--from");
+    const Point to = point_of(command.to, "--to");
+    Machine machine(machine_config, signals.token());
+    LimitedDevice limited(machine.device(), machine_config.limits, machine_config.kinematics.resolution_mm);
+    MultiTouchDevice device(limited, machine_config.touch, machine_config.kinematics.retract_mm);
+    const MachineReport report = machine.report();
+    ask("machine    " + report.identity + "\nstate      " + report.state + ", at " + text(report.position) +
+            " mm\nIt will move, guarded, straight to " + text(from) + " mm, then towards " + text(to) + " mm until it touches, and back.",
+        command.yes);
+    machine.make_ready();
+    const MoveResult there = device.guarded_move(from, Pace::travel);
+    if (there.outcome != MoveResult::Outcome::reached) throw UnexpectedContact(there.position, "the way to --from");
+    const MoveResult touch = device.guarded_move(to, Pace::probe);
+    switch (touch.outcome) {
+        case MoveResult::Outcome::reached:
+            out << "clear: nothing was touched\n";
+            break;
+        case MoveResult::Outcome::contact:
+            out << "contact at " << text(touch.position) << " mm, " << (touch.position - from).norm() << " mm from where it began\n";
+            break;
+        case MoveResult::Outcome::failed:
+            out << "failed: touches near " << text(touch.position) << " mm lie apart farther than machine.touch.tolerance\n";
+            break;
+    }
+    for (const DeviceEvent& event : touch.events) {
+        out << "  " << (event.kind == DeviceEvent::Kind::spurious_trigger ? "false trigger at " : "event at ") << text(event.position)
+            << " mm\n";
+    }
+    const MoveResult back = device.guarded_move(from, Pace::travel);
+    if (back.outcome != MoveResult::Outcome::reached) throw UnexpectedContact(back.position, "the way back");
+    return touch.outcome == MoveResult::Outcome::failed ? ExitCode::incomplete : ExitCode::done;
+}
+
+ExitCode run(const PortsCommand& /*command*/, std::ostream& out) {
+    const std::vector<PortInfo> ports = list_ports();
+    if (ports.empty()) out << "no serial ports\n";
+    for (const PortInfo& port : ports) {
+        out << port.path << "  " << (port.usb_id.empty() ? "not on USB" : port.usb_id);
+        for (const std::string& said : {port.manufacturer, port.product, port.serial}) out << (said.empty() ? "" : "  " + said);
+        if (!port.driver.empty()) out << "  (" << port.driver << ")";
+        out << '\n';
+    }
+    return ExitCode::done;
+}
+
+}  // namespace palpate

@@ -1,0 +1,176 @@
+#include "tools/machine_session.h"
+
+#include <fstream>
+#include <sstream>
+
+#include "devices/device_oracle.h"
+#include "devices/errors.h"
+#include "devices/journaling_device.h"
+#include "devices/limited_device.h"
+#include "devices/multi_touch_device.h"
+#include "tools/machine.h"
+#include "tools/return_to_work.h"
+#include "tools/simulation.h"
+#include "tools/timed_oracle.h"
+
+namespace palpate {
+namespace {
+
+constexpr const char* kJournal = "journal.jsonl";
+constexpr const char* kConfig = "config.yaml";
+
+std::string text(const Point& p) {
+    std::ostringstream out;
+    out << "(" << p.transpose() << ")";
+    return out.str();
+}
+
+// What is between the journal and the machine: limits before every command, touches looked at again.
+class GuardedMachine {
+public:
+    GuardedMachine(const MachineConfig& config, const std::stop_token& stop)
+        : machine_(config, stop),
+          limited_(machine_.device(), config.limits, config.kinematics.resolution_mm),
+          touching_(limited_, config.touch, config.kinematics.retract_mm) {}
+
+    [[nodiscard]] Machine& machine() { return machine_; }
+    [[nodiscard]] ProbeDevice& device() { return touching_; }
+
+private:
+    Machine machine_;
+    LimitedDevice limited_;
+    MultiTouchDevice touching_;
+};
+
+std::string config_digest(const std::filesystem::path& folder) {
+    std::ifstream in(folder / kConfig, std::ios::binary);
+    return digest({std::istreambuf_iterator<char>(in), std::istreambuf_iterator<char>()});
+}
+
+std::string plan(const SessionConfig& config, const MachineReport& report, const char* what) {
+    std::ostringstream out;
+    out << "machine    " << report.identity << "\nstate      " << report.state << ", at " << text(report.position) << " mm\n" << what;
+    if (config.machine->homing == Homing::run && report.state.rfind("Alarm", 0) == 0) {
+        out << "\nIt will be homed first, from where it is: make sure that the way of the homing cycle is free.";
+    }
+    return out.str();
+}
+
+void check_start(const Workspace& workspace, const Point& start) {
+    if (!workspace.contains(start)) return;
+    throw SetupError("the tool is inside the workspace, at " + text(start) +
+                     " mm, where no way is known to be free: move it outside by hand, then start again");
+}
+
+// What the planner makes of the answers of `journal`.
+MachineRun plan_on(JournalingDevice& journal, const SessionConfig& config, const Workspace& workspace, const SessionHost& host) {
+    MeteredDevice metered(journal, config.machine->kinematics);
+    DeviceOracle device_oracle(metered, config.probing.touch_error);
+    TimedOracle oracle(device_oracle);
+    Observer observer;
+    observer.on_progress = host.on_progress;
+    MachineRun run;
+    const auto begin = std::chrono::steady_clock::now();
+    run.result = probe_surface(oracle, workspace, config.probing, observer);
+    const Seconds total = std::chrono::steady_clock::now() - begin;
+    run.oracle_seconds = oracle.spent().count();
+    run.planner_seconds = (total - oracle.spent()).count();
+    run.meter = metered.meter();
+    run.grazes = device_oracle.grazes();
+    run.machine = journal.record().header.machine;
+    run.resumptions = journal.record().resumptions;
+    return run;
+}
+
+MachineRun finish(MachineRun run, JournalWriter& writer) {
+    writer.append(JournalEnd{run.planner_seconds, run.oracle_seconds});
+    return run;
+}
+
+// The configuration decides what the planner asks: another one would not fit the journal.
+void check_config(const Journal& journal, const std::filesystem::path& folder) {
+    if (journal.header.config == config_digest(folder)) return;
+    throw SetupError(
+        (folder / kConfig).string() +
+        ": was changed since the session began, and its journal does not fit it any more: put the old one back, or begin a new session");
+}
+
+}  // namespace
+
+Workspace machine_workspace(const SessionConfig& config) {
+    if (!config.machine) throw SetupError("machine: missing; a session on a machine needs machine.grbl or machine.modbus");
+    std::optional<Workspace> workspace;
+    if (const auto* ball = std::get_if<Ball>(&config.workspace)) workspace.emplace(*ball);
+    if (const auto* box = std::get_if<Box>(&config.workspace)) workspace.emplace(*box);
+    if (!workspace) throw SetupError("workspace: auto is for simulations; say where the part is: workspace.ball or workspace.box");
+    const Box around = workspace->outer_bounds();
+    const Box& limits = config.machine->limits;
+    if (!(around.min.array() >= limits.min.array()).all() || !(around.max.array() <= limits.max.array()).all()) {
+        throw SetupError("machine.limits: the tool has to get all around the workspace, from " + text(around.min) + " to " +
+                         text(around.max) + " mm, but the limits are " + text(limits.min) + " to " + text(limits.max) +
+                         " mm: make the workspace smaller or the limits wider");
+    }
+    check_options(*workspace, config.probing);
+    return *workspace;
+}
+
+MachineRun start_session(const SessionConfig& config, const std::filesystem::path& folder, const SessionHost& host) {
+    const Workspace workspace = machine_workspace(config);
+    GuardedMachine guarded(*config.machine, host.stop);
+    const MachineReport report = guarded.machine().report();
+    host.ask(plan(config, report, "It will move, guarded, around and into the workspace until it has found the part's shape."));
+    guarded.machine().make_ready();
+    const JournalHeader header{config_digest(folder), guarded.device().position(), report.identity};
+    check_start(workspace, header.start);
+    JournalWriter writer = JournalWriter::create(folder / kJournal, header);
+    JournalingDevice journal(Journal{header}, &writer, [&](const Point&) -> ProbeDevice& { return guarded.device(); });
+    return finish(plan_on(journal, config, workspace, host), writer);
+}
+
+MachineRun resume_session(const SessionConfig& config, const std::filesystem::path& folder, const SessionHost& host) {
+    const Workspace workspace = machine_workspace(config);
+    JournalWriter writer(folder / kJournal);
+    std::optional<GuardedMachine> guarded;
+    for (bool again = false;; again = true) {
+        Journal record = writer.read();
+        if (record.end) throw SetupError(folder.string() + ": this session is finished; --replay makes its files again");
+        check_config(record, folder);
+        if (record.dropped_bytes > 0) host.say("the last line of the journal was torn and is dropped: that move is made again");
+        std::uint64_t resumptions = record.resumptions;
+        JournalingDevice journal(record, &writer, [&](const Point& next_target) -> ProbeDevice& {
+            guarded.emplace(*config.machine, host.stop);
+            host.ask(plan(config, guarded->machine().report(),
+                          "It will go back to where the session ended, touch a known place again, and go on."));
+            const Confirmation found =
+                return_to_work(guarded->machine(), guarded->device(), record, workspace, *config.machine, next_target);
+            writer.append_resumed(found.contact_line, found.offset_mm);
+            ++resumptions;
+            return guarded->device();
+        });
+        try {
+            MachineRun run = plan_on(journal, config, workspace, host);
+            run.resumptions = resumptions;
+            return finish(std::move(run), writer);
+        } catch (const UnexpectedContact& contact) {
+            // The session had halted at a touch where space was free. The machine is asked again, once.
+            if (journal.is_live() || again) throw;
+            host.say(std::string("the session had halted: ") + contact.what() + "; that way is gone again");
+            journal.withdraw(contact.moves());
+        }
+    }
+}
+
+MachineRun replay_session(const SessionConfig& config, const std::filesystem::path& folder, const SessionHost& host) {
+    const Workspace workspace = machine_workspace(config);
+    Journal record = read_journal(folder / kJournal);
+    check_config(record, folder);
+    if (!record.end) throw SetupError(folder.string() + ": this session is not finished; resume it without --replay");
+    const JournalEnd end = *record.end;
+    JournalingDevice journal(std::move(record), nullptr, {});
+    MachineRun run = plan_on(journal, config, workspace, host);
+    run.planner_seconds = end.planner_seconds;
+    run.oracle_seconds = end.oracle_seconds;
+    return run;
+}
+
+}  // namespace palpate

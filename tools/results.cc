@@ -1,0 +1,63 @@
+#include "tools/results.h"
+
+#include <ostream>
+
+#include "tools/picture.h"
+#include "tools/session_files.h"
+#include "tools/summary.h"
+
+namespace palpate {
+namespace {
+
+PictureOptions picture_options(char up) {
+    PictureOptions options;
+    if (up == 'y') {
+        options.up = Vector::UnitY();
+        options.view_direction = {0.35, 0.38, 1.0};
+    } else if (up == 'x') {
+        options.up = Vector::UnitX();
+        options.view_direction = {1.0, 1.0, -1.8};
+    }
+    return options;
+}
+
+}  // namespace
+
+void write_results(const std::filesystem::path& folder, const Result& result, const std::string& summary, char up) {
+    write_file(folder / "mesh.ply", to_ply(result.mesh));
+    write_file(folder / "touches.csv", to_csv(result.touches));
+    write_file(folder / "summary.json", summary);
+    if (result.mesh.triangles.empty()) return;
+    std::vector<Point> touches;
+    for (const Touch& touch : result.touches) {
+        if (touch.sample) touches.push_back(touch.position);
+    }
+    write_picture(folder / "picture.png", result.mesh, touches, picture_options(up));
+}
+
+void print_result(const Result& r, double epsilon, const std::string& truth, std::ostream& out) {
+    const Account& a = r.account;
+    out << "samples        " << r.samples << " (" << static_cast<double>(r.samples) / r.lower_bound_samples << " x the hexagonal bound)\n"
+        << "probes         " << a.probes() << " (" << static_cast<double>(a.probes()) / static_cast<double>(r.samples)
+        << " per sample): " << a.contact << " contacts, " << a.clear << " clear"
+        << (a.failed > 0 ? ", " + std::to_string(a.failed) + " failed" : "") << "\n"
+        << "displacement   " << a.displacement() << " mm (" << a.displacement() / r.lower_bound_displacement
+        << " x the bound): " << a.travel << " travel, " << a.probing << " probing\n"
+        << "mesh           " << r.topology.facets << " facets, " << r.topology.components << " component(s), Euler characteristic "
+        << r.topology.euler_characteristic << ", " << r.topology.boundary_edges << " boundary and " << r.topology.nonmanifold_edges
+        << " non-manifold edges, largest ball " << r.max_ball_radius << " mm (epsilon " << epsilon << ")\n"
+        << (truth.empty() ? "" : "truth          " + truth + "\n") << "certificate    " << to_string(r.certificate.status) << ": "
+        << r.certificate.statement << '\n';
+    for (const Premise& premise : r.certificate.premises) {
+        out << "  " << to_string(premise.state) << "  " << premise.name << " - " << premise.detail << '\n';
+    }
+    constexpr std::size_t kShown = 10;
+    for (std::size_t k = 0; k < r.bad_places.size() && k < kShown; ++k) {
+        const BadPlace& place = r.bad_places[k];
+        out << "  bad place    " << place.what << " at (" << place.position.transpose() << "): needs an epsilon below "
+            << place.epsilon_needed << " mm\n";
+    }
+    if (r.bad_places.size() > kShown) out << "  and " << r.bad_places.size() - kShown << " more bad places, see summary.json\n";
+}
+
+}  // namespace palpate

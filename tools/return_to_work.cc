@@ -1,0 +1,117 @@
+#include "tools/return_to_work.h"
+
+#include <algorithm>
+#include <sstream>
+
+#include "devices/device_oracle.h"
+#include "devices/errors.h"
+#include "devices/trail.h"
+
+namespace palpate {
+namespace {
+
+using Outcome = MoveResult::Outcome;
+
+// mm: what rounding and the last steps of an interrupted move put the tool beside its way, at least.
+constexpr double kBesideWay = 0.05;
+
+std::string text(const Point& p) {
+    std::ostringstream out;
+    out << "(" << p.transpose() << ")";
+    return out.str();
+}
+
+class Return {
+public:
+    Return(Machine& machine, ProbeDevice& guarded, const Journal& journal, const Workspace& workspace, const MachineConfig& config)
+        : machine_(machine), guarded_(guarded), journal_(journal), workspace_(workspace), config_(config), trail_(journal) {}
+
+    Confirmation run(const Point& next_target) {
+        const Point rest = journal_.last_rest();
+        const Point at = guarded_.position();
+        const double beside = std::max(kBesideWay, 2 * DeviceOracle::kGraze * config_.touch_error());
+        if (machine_.is_position_trusted() && distance_to({rest, next_target}, at) <= beside) {
+            // The machine ended by itself what was under way, perhaps on the surface.
+            machine_.retreat(rest);
+            machine_.make_ready();
+            go(rest);
+        } else {
+            machine_.make_ready();
+            enter(guarded_.position(), beside);
+        }
+        return confirm();
+    }
+
+private:
+    void go(const Point& target) {
+        if (guarded_.position() == target) return;
+        const MoveResult result = guarded_.guarded_move(target, Pace::travel);
+        if (result.outcome != Outcome::reached) throw UnexpectedContact(result.position, "the way back to where the session ended");
+    }
+
+    void go(const std::vector<Point>& way) {
+        for (const Point& p : way) go(p);
+    }
+
+    // From where the tool is to where the session ended.
+    void enter(const Point& at, double beside) {
+        if (const auto move = trail_.move_near(at, beside)) {
+            go(move->source);
+            go(trail_.way(move->source, journal_.last_rest()));
+        } else if (!workspace_.contains(at)) {
+            const Point start = journal_.header.start;
+            const Point out = workspace_.nearest_boundary(at);
+            const Point in = workspace_.nearest_boundary(start);
+            go(out);
+            go(workspace_.outer_path(out, in));
+            go(start);
+            go(trail_.way(start, journal_.last_rest()));
+        } else {
+            throw PositionLost(
+                "the tool is at " + text(at) +
+                " mm, inside the workspace and not on a way that this session has gone: move it outside by hand, then resume");
+        }
+    }
+
+    Confirmation confirm() {
+        const auto last = journal_.last_contact();
+        if (!last) return {};
+        const JournalMove& known = journal_.moves[*last];
+        const Point from = *last == 0 ? journal_.header.start : journal_.moves[*last - 1].rest;
+        const Point touched = known.result.position;
+        const Point rest = journal_.last_rest();
+        go(trail_.way(rest, from));
+        const Vector inwards = (touched - from).normalized();
+        const double tolerance = config_.datum_tolerance_mm;
+        // No deeper than would be too deep.
+        const MoveResult again = guarded_.guarded_move(touched + 2 * tolerance * inwards, Pace::probe);
+        const double offset = (again.position - touched).dot(inwards);
+        if (again.outcome != Outcome::contact || std::abs(offset) > tolerance) {
+            std::ostringstream message;
+            message << "the place that was touched at " << text(touched) << " mm (line " << known.line + 1 << " of the journal) "
+                    << (again.outcome == Outcome::contact ? "is now touched " : "is not touched any more, within ")
+                    << (again.outcome == Outcome::contact ? std::abs(offset) : 2 * tolerance) << " mm off (tolerance " << tolerance
+                    << ", machine.datum_tolerance): the part or the machine's origin has moved. Put it back, or begin a new session";
+            throw DeviceError(message.str());
+        }
+        go(from);
+        go(trail_.way(from, rest));
+        return {known.line, offset};
+    }
+
+    Machine& machine_;
+    ProbeDevice& guarded_;
+    const Journal& journal_;
+    const Workspace& workspace_;
+    const MachineConfig& config_;
+    const Trail trail_;
+};
+
+}  // namespace
+
+Confirmation return_to_work(Machine& machine, ProbeDevice& guarded, const Journal& journal, const Workspace& workspace,
+                            const MachineConfig& config, const Point& next_target) {
+    return Return(machine, guarded, journal, workspace, config).run(next_target);
+}
+
+}  // namespace palpate
