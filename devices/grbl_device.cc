@@ -24,8 +24,10 @@ constexpr double kPatience = 2.0;
 constexpr auto kMoreTime = 5s;
 // Of a machine that is asked how it is and says nothing.
 constexpr auto kSilence = 3s;
-// A probe that bounces opens and closes a few times; one that does not open in so many goes back is stuck.
-constexpr int kMaxBounces = 8;
+// A contact that bounces, or a spark on its lead, is over by then.
+constexpr auto kSettling = 500ms;
+// A probe that bounces opens and closes a few times within some hundredths; one that is not free after so many steps back is stuck.
+constexpr int kMaxBounces = 20;
 // An answer may lie beside the way by that many steps or last digits: both ends and the touch are rounded.
 constexpr double kRoundings = 3.0;
 constexpr std::array<int, 3> kStepsPerMm = {100, 101, 102};
@@ -119,6 +121,7 @@ MoveResult GrblDevice::guarded_move(const Point& target, Pace pace) {
     if (end.repeated) result.events.push_back({DeviceEvent::Kind::repeated_command, result.position});
     if (!end.report.contact) return result;
     result.outcome = MoveResult::Outcome::contact;
+    result.held = end.place.probe_closed;
     retract(end.report.position, start);
     return result;
 }
@@ -246,7 +249,8 @@ void GrblDevice::retract(const Point& contact, const Point& start) {
     const double overrun = (position_ - contact).norm();
     const Vector back = start - contact;
     const double length = back.norm();
-    if (length > 0) back_off(rounded(contact + std::min(options_.kinematics.retract_mm, length) / length * back));
+    const double share = length > 0 ? std::min(options_.kinematics.retract_mm, length) / length : 0.0;
+    back_off(rounded(contact + share * back));
     if (overrun > options_.kinematics.overtravel_mm) {
         controller_.give_up();
         std::ostringstream message;
@@ -260,11 +264,11 @@ void GrblDevice::retract(const Point& contact, const Point& start) {
 void GrblDevice::back_off(const Point& target) {
     const double feed = options_.kinematics.feeds.probe_mm_per_s;
     Place place = controller_.place();
-    for (int k = 0; k < kMaxBounces; ++k) {
+    for (int bounces = 0;; ++bounces) {
         position_ = place.position;
         const bool is_there = (target - position_).norm() < options_.kinematics.resolution_mm / 2;
-        if (is_there && !place.probe_closed) return;
-        if (is_there) break;
+        if (is_there && (!place.probe_closed || opens_soon())) return;
+        if (is_there || bounces == kMaxBounces) break;
         try {
             place = run_probe(place.probe_closed ? "G38.5" : "G38.3", target, feed).place;
         } catch (const ProbeClosed&) {
@@ -276,6 +280,15 @@ void GrblDevice::back_off(const Point& target) {
     controller_.give_up();
     throw ProbeClosed("the probe on " + controller_.link().name() + " stays closed although the tool went back to " + text(position()) +
                       ": is it stuck, bent, or its lead shorted? Free it, then resume" + controller_.link().history());
+}
+
+bool GrblDevice::opens_soon() {
+    const auto until = controller_.link().now() + kSettling;
+    while (controller_.link().now() < until) {
+        (void)controller_.next(controller_.link().now() + kSettling / 10);
+        if (!controller_.place().probe_closed) return true;
+    }
+    return false;
 }
 
 void GrblDevice::retreat(const Point& target) { back_off(rounded(target + options_.origin)); }

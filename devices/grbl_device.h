@@ -67,6 +67,8 @@ private:
     void retract(const Point& contact, const Point& start);
     // Guarded both ways: until the probe opens, then until it closes.
     void back_off(const Point& target);
+    // Whether a probe that is closed where nothing should be was only bouncing.
+    [[nodiscard]] bool opens_soon();
     [[nodiscard]] Point rounded(const Point& machine) const;
     // mm: how exactly the machine can say where it is.
     [[nodiscard]] double tolerance() const;

@@ -15,6 +15,8 @@ using Kind = DeviceEvent::Kind;
 
 // The way back was passed just now, so that a trigger on it is a false one. So many in a row are not.
 constexpr int kMaxBackMoves = 4;
+// So many touches more are needed at most because some did not hold.
+constexpr int kMaxDoubts = 3;
 // mm: far above rounding, far below the resolution of any machine.
 constexpr double kSamePlace = 1e-6;
 // Of the retract: a tool that is back by this has been taken back by its device.
@@ -45,6 +47,11 @@ struct MultiTouchDevice::Verdict {
     double place;  // mm along the way
 };
 
+struct MultiTouchDevice::Touched {
+    double place;  // mm along the way
+    bool held;
+};
+
 MultiTouchDevice::MultiTouchDevice(ProbeDevice& device, const MultiTouchOptions& options, double retract_mm)
     : device_(device), options_(options), retract_mm_(retract_mm) {
     if (options.samples < 1) throw std::invalid_argument("touches: at least 1 sample is needed");
@@ -67,7 +74,7 @@ MoveResult MultiTouchDevice::guarded_move(const Point& target, Pace pace) {
         append(events, result.events);
         if (result.outcome == Outcome::contact) {
             const double first = way.place_of(result.position);
-            const Verdict verdict = measure(way, first, pace, events);
+            const Verdict verdict = measure(way, first, result.held, pace, events);
             if (verdict.kind == Verdict::Kind::nothing && triggers < kMaxFalseTriggers) continue;
             result.position = way.at(verdict.place);
             if (verdict.kind == Verdict::Kind::touched) {
@@ -78,17 +85,26 @@ MoveResult MultiTouchDevice::guarded_move(const Point& target, Pace pace) {
             }
         }
         result.events = std::move(events);
+        result.held = true;
         return result;
     }
 }
 
-MultiTouchDevice::Verdict MultiTouchDevice::measure(const Way& way, double first, Pace pace, Events& events) {
+MultiTouchDevice::Verdict MultiTouchDevice::measure(const Way& way, double first, bool held, Pace pace, Events& events) {
     const bool is_probe = pace == Pace::probe;
     const bool is_single = !is_probe || (options_.samples == 1 && !options_.discard_first);
     const bool needs_confirmation = is_probe ? options_.confirm : options_.confirm_travel;
     bool is_discarding = is_probe && options_.discard_first;
     TouchSamples samples(is_single ? (needs_confirmation ? 2 : 1) : static_cast<std::size_t>(options_.samples));
     if (is_single) samples.add(first);
+    // Two sparks can agree by chance; touches that did not hold have to be outnumbered.
+    int doubts = 0;
+    const auto note_doubt = [&](bool is_held) {
+        if (is_held || samples.is_alone() || doubts == kMaxDoubts) return;
+        samples.need_one_more();
+        ++doubts;
+    };
+    note_doubt(held);
 
     int met = 0;
     int missed = 0;
@@ -106,11 +122,12 @@ MultiTouchDevice::Verdict MultiTouchDevice::measure(const Way& way, double first
                 return {Verdict::Kind::nothing, first};
             }
             events.push_back({Kind::scattered_touch, way.at(first + overreach())});
-        } else if (*touched < first - overreach()) {
-            events.push_back({Kind::spurious_trigger, way.at(*touched)});
+        } else if (touched->place < first - overreach()) {
+            events.push_back({Kind::spurious_trigger, way.at(touched->place)});
         } else {
             ++met;
-            if (!is_discarding) samples.add(*touched);
+            note_doubt(touched->held);
+            if (!is_discarding) samples.add(touched->place);
             is_discarding = false;
             continue;
         }
@@ -118,12 +135,12 @@ MultiTouchDevice::Verdict MultiTouchDevice::measure(const Way& way, double first
     }
 }
 
-std::optional<double> MultiTouchDevice::touch_again(const Way& way, double first, Events& events) {
+std::optional<MultiTouchDevice::Touched> MultiTouchDevice::touch_again(const Way& way, double first, Events& events) {
     go_back(way, first, events);
     const MoveResult touch = device_.guarded_move(way.at(first + overreach()), Pace::touch);
     append(events, touch.events);
     if (touch.outcome == Outcome::reached) return std::nullopt;
-    return way.place_of(touch.position);
+    return Touched{way.place_of(touch.position), touch.held};
 }
 
 void MultiTouchDevice::go_back(const Way& way, double place, Events& events) {

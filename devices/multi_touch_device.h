@@ -24,6 +24,7 @@ struct MultiTouchOptions {
 //  - Touches agree within the tolerance: a contact at their median, on the straight line from the start to the target. If not, the
 //    one farthest from the median is dropped (event scattered_touch), the others are kept, and one more is taken, `retries` times at most;
 //    then the move has failed.
+//  - A touch that did not hold (MoveResult::held) asks for one more that agrees.
 //  - More touches meet nothing than something: a false trigger (event spurious_trigger); the move goes on to its target at its pace.
 //  - A trigger far short of the first contact is a false one: the tool has passed there. It counts as a retry.
 // A touch as near to the target as touches scatter may so be taken for none: the target was reached.
@@ -47,13 +48,14 @@ public:
 private:
     struct Way;
     struct Verdict;
+    struct Touched;
     using Events = std::vector<DeviceEvent>;
 
     [[nodiscard]] bool is_measured(Pace pace) const { return pace == Pace::probe || (pace == Pace::travel && options_.confirm_travel); }
     // What is at `first` (mm along the way), where the tool was stopped.
-    [[nodiscard]] Verdict measure(const Way& way, double first, Pace pace, Events& events);
+    [[nodiscard]] Verdict measure(const Way& way, double first, bool held, Pace pace, Events& events);
     // mm along the way; nothing if nothing is met.
-    [[nodiscard]] std::optional<double> touch_again(const Way& way, double first, Events& events);
+    [[nodiscard]] std::optional<Touched> touch_again(const Way& way, double first, Events& events);
     // To where a touch at `place` can be approached from, if the tool is nearer than that.
     void go_back(const Way& way, double place, Events& events);
     [[nodiscard]] double overreach() const;

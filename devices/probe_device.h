@@ -37,6 +37,9 @@ struct MoveResult {
     Outcome outcome = Outcome::reached;
     Point position = Point::Zero();     // mm: the target, the touched point, or where a failed touch seemed to be
     std::vector<DeviceEvent> events{};  // in order
+    // Of a contact: the probe was still closed when the tool stood. A spark on its lead is over by then, and so is a touch that only
+    // grazes. A device that cannot tell says true.
+    bool held = true;
 
     friend bool operator==(const MoveResult&, const MoveResult&) = default;
 };

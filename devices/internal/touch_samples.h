@@ -12,6 +12,9 @@ public:
     explicit TouchSamples(std::size_t needed) : needed_(needed) {}
 
     void add(double place) { places_.push_back(place); }
+    void need_one_more() { ++needed_; }
+    // One touch is all that was asked for.
+    [[nodiscard]] bool is_alone() const { return needed_ == 1; }
     [[nodiscard]] bool is_complete() const { return places_.size() >= needed_; }
     [[nodiscard]] bool is_empty() const { return places_.empty(); }
     // None of these may be asked of an empty set.
