@@ -102,6 +102,11 @@ std::optional<Seconds> GrblMachine::time_to_event() const {
 
 std::string GrblMachine::take_output() { return link_ == VirtualGrbl::Link::up ? output_.take() : std::string(); }
 
+void GrblMachine::unplug() {
+    link_ = VirtualGrbl::Link::hung_up;
+    output_.drop();
+}
+
 void GrblMachine::plug_in() { link_ = VirtualGrbl::Link::up; }
 
 // The loop: as far as it comes now.

@@ -29,6 +29,7 @@ public:
     [[nodiscard]] std::optional<Seconds> time_to_event() const;
     void press_reset();
     [[nodiscard]] VirtualGrbl::Link link() const { return link_; }
+    void unplug();
     void plug_in();
     [[nodiscard]] const VirtualGrbl::Counts& counts() const { return counts_; }
     [[nodiscard]] const VirtualTool& tool() const { return tool_; }
