@@ -36,6 +36,8 @@ public:
     [[nodiscard]] Seconds now() const { return now_; }
 
 private:
+    static constexpr Seconds kSameTime{1e-9};  // sums of times are told apart no better
+
     enum class State { idle, run, hold, jog, home, alarm, check };
     enum class Hearing {
         all,
@@ -53,7 +55,7 @@ private:
         std::function<void()> then{};
     };
 
-    // grbl_machine.cc: bytes, time, resets, alarms
+    // grbl_machine.cc: bytes and time
     void boot();
     void run();
     [[nodiscard]] bool is_over(const Blocked& blocked) const;
@@ -64,6 +66,11 @@ private:
     void handle_realtime(char c);
     void feed_hold();
     void cycle_start();
+    void say(std::string_view line);
+    void say_status();
+    void answer(int error);
+
+    // grbl_alarms.cc: resets, alarms, faults
     void reset();
     void finish_reset(bool line);
     void alarm(int code, bool line, std::function<void()> then);
@@ -71,9 +78,6 @@ private:
     void handle_due_faults();
     void apply(const VirtualFault& fault);
     [[nodiscard]] std::optional<int> suffer(VirtualFault::When when, double at);
-    void say(std::string_view line);
-    void say_status();
-    void answer(int error);
 
     // grbl_lines.cc: what lines do
     void execute(const GrblLine& line);
