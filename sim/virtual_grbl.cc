@@ -14,6 +14,7 @@ std::string VirtualGrbl::take_output() { return machine_->take_output(); }
 std::optional<Seconds> VirtualGrbl::time_to_event() const { return machine_->time_to_event(); }
 void VirtualGrbl::press_reset() { machine_->press_reset(); }
 VirtualGrbl::Link VirtualGrbl::link() const { return machine_->link(); }
+void VirtualGrbl::unplug() { machine_->unplug(); }
 void VirtualGrbl::plug_in() { machine_->plug_in(); }
 const VirtualGrbl::Counts& VirtualGrbl::counts() const { return machine_->counts(); }
 const VirtualTool& VirtualGrbl::tool() const { return machine_->tool(); }

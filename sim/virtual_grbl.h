@@ -86,6 +86,7 @@ public:
     // The cable. The machine does not notice when it is pulled, and what it says meanwhile is lost.
     enum class Link { up, hung_up, io_error };
     [[nodiscard]] Link link() const;
+    void unplug();
     void plug_in();
 
     struct Counts {

@@ -29,12 +29,15 @@ public:
     [[nodiscard]] std::optional<Seconds> time_to_event() const;
     void press_reset();
     [[nodiscard]] VirtualGrbl::Link link() const { return link_; }
+    void unplug();
     void plug_in();
     [[nodiscard]] const VirtualGrbl::Counts& counts() const { return counts_; }
     [[nodiscard]] const VirtualTool& tool() const { return tool_; }
     [[nodiscard]] Seconds now() const { return now_; }
 
 private:
+    static constexpr Seconds kSameTime{1e-9};  // sums of times are told apart no better
+
     enum class State { idle, run, hold, jog, home, alarm, check };
     enum class Hearing {
         all,
@@ -52,7 +55,7 @@ private:
         std::function<void()> then{};
     };
 
-    // grbl_machine.cc: bytes, time, resets, alarms
+    // grbl_machine.cc: bytes and time
     void boot();
     void run();
     [[nodiscard]] bool is_over(const Blocked& blocked) const;
@@ -63,6 +66,11 @@ private:
     void handle_realtime(char c);
     void feed_hold();
     void cycle_start();
+    void say(std::string_view line);
+    void say_status();
+    void answer(int error);
+
+    // grbl_alarms.cc: resets, alarms, faults
     void reset();
     void finish_reset(bool line);
     void alarm(int code, bool line, std::function<void()> then);
@@ -70,9 +78,6 @@ private:
     void handle_due_faults();
     void apply(const VirtualFault& fault);
     [[nodiscard]] std::optional<int> suffer(VirtualFault::When when, double at);
-    void say(std::string_view line);
-    void say_status();
-    void answer(int error);
 
     // grbl_lines.cc: what lines do
     void execute(const GrblLine& line);
