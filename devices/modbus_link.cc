@@ -121,7 +121,8 @@ void ModbusLink::connect() {
     } else {
         const auto& tcp = std::get<ModbusTcp>(options_.where);
         for (const std::string& number : addresses_of(tcp)) {
-            if (open(ModbusLock::of_peer(number, tcp.port), modbus_new_tcp_pi(number.c_str(), std::to_string(tcp.port).c_str()))) return;
+            ModbusLock lock = ModbusLock::of_peer(number, tcp.port);
+            if (open(std::move(lock), modbus_new_tcp_pi(number.c_str(), std::to_string(tcp.port).c_str()))) return;
             error = errno;
         }
     }

@@ -90,7 +90,7 @@ ModbusStatus ModbusMotion::status_through_reconnects(Watch& watch) {
 }
 
 // Nothing while the move goes on.
-std::optional<MotionEnd> ModbusMotion::judge(ModbusStatus status, const ArmedMove& move, Watch& watch) {
+std::optional<MotionEnd> ModbusMotion::judge(const ModbusStatus& status, const ArmedMove& move, Watch& watch) {
     const std::string where = client_.link().name();
     if (!status.is_homed) {
         throw PositionLost(where + " is not homed any more: it was restarted during the move to " + point_text(move.target) + "; home it");

@@ -47,7 +47,7 @@ private:
     void send(const ArmedMove& move, Watch& watch);
     void reconnect(Watch& watch);
     [[nodiscard]] ModbusStatus status_through_reconnects(Watch& watch);
-    [[nodiscard]] std::optional<MotionEnd> judge(ModbusStatus status, const ArmedMove& move, Watch& watch);
+    [[nodiscard]] std::optional<MotionEnd> judge(const ModbusStatus& status, const ArmedMove& move, Watch& watch);
 
     ModbusClient& client_;
     const Kinematics& kinematics_;

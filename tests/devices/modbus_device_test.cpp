@@ -159,6 +159,32 @@ TEST_P(ModbusDeviceOn, LateAnswersInMovesShiftNothing) {
     EXPECT_GT(repeated, 2);
 }
 
+// Answers that come later than anybody said: the line was not left alone for long enough. Every look at the status begins with a write,
+// so that such an answer meets a request of another shape and is refused, and the move may fail, but not with another's values.
+TEST_P(ModbusDeviceOn, AnswersLaterThanTheSlowestAreNotTakenForNewOnes) {
+    constexpr std::uint64_t kSeed = 23;
+    SCOPED_TRACE(seed_text(kSeed));
+    Random random(kSeed);
+    const auto device = machine.device();
+    int answered = 0;
+    for (int i = 0; i < 8; ++i) {
+        const Point target = i % 2 == 0 ? Point(0, 0, 0) : Point(9, random.uniform(-3, 3), random.uniform(-3, 3));
+        const auto truth = machine.object().first_hit({device->position(), target});
+        const Seconds delay = test::kSlowestAnswer * random.uniform(1.0, 2.0);
+        machine.inject({AnswerFault::Kind::late, 1 + static_cast<int>(random.below(6)), delay});
+        try {
+            const MoveResult result = device->guarded_move(target, Pace::probe);
+            ASSERT_EQ(result.outcome == Outcome::contact, truth.has_value()) << i;
+            EXPECT_NEAR((result.position - truth.value_or(target)).norm(), 0, kRounding) << i;
+            ++answered;
+        } catch (const DeviceError&) {
+            if (device->state() != State::idle) device->recover();
+        }
+        EXPECT_NEAR((machine.tool() - device->position()).norm(), 0, kRounding) << i;
+    }
+    EXPECT_GT(answered, 3);
+}
+
 TEST_P(ModbusDeviceOn, ALostAnswerToTheCommandDoesNotMoveTwice) {
     const auto device = machine.device();
     (void)device->guarded_move({19, 0, 0}, Pace::travel);  // enables the drives
