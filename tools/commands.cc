@@ -12,10 +12,13 @@
 #include "config/strategy_names.h"
 #include "config/writer.h"
 #include "devices/errors.h"
+#include "devices/journaling_device.h"
 #include "planner/errors.h"
 #include "sim/errors.h"
 #include "tools/anytime.h"
 #include "tools/bench.h"
+#include "tools/machine.h"
+#include "tools/machine_session.h"
 #include "tools/results.h"
 #include "tools/session_files.h"
 #include "tools/simulation.h"
@@ -61,6 +64,40 @@ std::string describe_truth(const Simulation& run) {
     return text.str();
 }
 
+// Everything that a session on the machine would refuse is refused here, and nothing moves.
+ExitCode check_machine(const CheckCommand& command, const SessionConfig& config, std::ostream& out) {
+    const Workspace workspace = machine_workspace(config);
+    const Kinematics& k = config.machine->kinematics;
+    out << "workspace      around (" << workspace.center().transpose() << "), radius " << workspace.radius()
+        << " mm; within machine.limits\n"
+        << "epsilon        " << config.probing.epsilon << " mm; touches are taken to be exact to " << config.probing.touch_error << " mm\n"
+        << "stopping       " << stopping_distance(k, k.feeds.travel_mm_per_s) << " mm from travel, "
+        << stopping_distance(k, k.feeds.probe_mm_per_s) << " mm from a touch; the probe gives way by " << k.overtravel_mm << " mm\n";
+    if (command.offline) {
+        out << "the configuration is good; the machine was not asked\n";
+        return ExitCode::done;
+    }
+    Machine machine(*config.machine, {});
+    const MachineReport report = machine.report();
+    out << "machine        " << report.identity << "\nstate          " << report.state << ", at (" << report.position.transpose()
+        << ") mm\n";
+    bool good = !report.has_problems();
+    for (const MachineSetting& setting : report.settings) {
+        out << "  " << setting.name << ": " << setting.value << (setting.problem.empty() ? "" : "  <- " + setting.problem) << '\n';
+    }
+    if (report.reach) {
+        const Box& limits = config.machine->limits;
+        const bool inside =
+            (limits.min.array() >= report.reach->min.array()).all() && (limits.max.array() <= report.reach->max.array()).all();
+        out << "reach          (" << report.reach->min.transpose() << ") to (" << report.reach->max.transpose() << ") mm"
+            << (inside ? "; machine.limits are within it\n"
+                       : "  <- machine.limits go beyond it: move machine.origin, or make them narrower\n");
+        good &= inside;
+    }
+    out << (good ? "all is good; nothing has moved\n" : "mend what an arrow points at; nothing has moved\n");
+    return good ? ExitCode::done : ExitCode::incomplete;
+}
+
 }  // namespace
 
 ExitCode run(const SimulateCommand& command, std::ostream& out) {
@@ -80,6 +117,7 @@ ExitCode run(const SimulateCommand& command, std::ostream& out) {
 
 ExitCode run(const CheckCommand& command, std::ostream& out) {
     const SessionConfig config = read_config(command.config, command.overrides);
+    if (config.machine) return check_machine(command, config, out);
     const Scene scene = build_scene(config);
     print_warnings(scene.object);
     warn_of_false_reach(config, scene.object);
@@ -177,6 +215,10 @@ ExitCode explain_current_exception() {
         return say(error, ExitCode::device);
     } catch (const ContradictionError& error) {
         return say(error, ExitCode::device);
+    } catch (const JournalDamaged& error) {
+        return say(error, ExitCode::usage);
+    } catch (const ReplayMismatch& error) {
+        return say(error, ExitCode::usage);
     } catch (const std::exception& error) {
         std::cerr << "palpate: internal error: " << error.what()
                   << "\nThis is a bug; please report it with the configuration that shows it.\n";

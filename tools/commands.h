@@ -1,6 +1,7 @@
 // What each subcommand of `palpate` does, once its words are understood. Exit codes are those of DESIGN section 9.
 #pragma once
 
+#include <cstdint>
 #include <filesystem>
 #include <iosfwd>
 #include <string>
@@ -50,6 +51,20 @@ struct TouchCommand {
     bool yes = false;
 };
 struct PortsCommand {};
+struct VmCommand {
+    std::filesystem::path config;
+    std::vector<std::string> overrides;
+    std::filesystem::path grbl;        // link to make; one of these three
+    std::string modbus;                // HOST:PORT
+    std::filesystem::path modbus_rtu;  // link to make
+    std::string dialect = "grbl";      // or grblhal
+    bool locked = false;
+    bool fast = false;
+    double spurious = 0.0;  // share of the moves that trigger falsely
+    double bounce = 0.0;    // share of the touches that bounce
+    std::uint64_t seed = 1;
+    std::filesystem::path audit;  // where the account of motion goes; standard output if empty
+};
 struct BenchCommand {
     std::vector<std::filesystem::path> configs;
     std::vector<std::string> strategies;
@@ -67,6 +82,7 @@ ExitCode run(const ProbeCommand& command, std::ostream& out);
 ExitCode run(const ResumeCommand& command, std::ostream& out);
 ExitCode run(const TouchCommand& command, std::ostream& out);
 ExitCode run(const PortsCommand& command, std::ostream& out);
+ExitCode run(const VmCommand& command, std::ostream& out);
 
 // Says on standard error what the exception in flight means, in one message, and gives the exit code for it. REQUIRES:
 // called in a catch block.

@@ -21,6 +21,8 @@ int main(int argc, char** argv) {
         "Examples:\n"
         "  palpate simulate config/examples/bunny.yaml -o bunny --up y\n"
         "  palpate check my_part.yaml\n"
+        "  palpate probe my_part.yaml -o my_part\n"
+        "  palpate resume my_part\n"
         "  palpate bench config/examples/torus.yaml --strategy thesis,default\n"
         "Exit codes: 0 done, 1 internal error, 2 bad usage or configuration, 3 device fault, 4 incomplete result.\n"
         "Every key of a configuration: config/README.md.");
@@ -45,9 +47,69 @@ int main(int argc, char** argv) {
     add_overrides(simulate_app, simulate.overrides);
     simulate_app->footer("Example: palpate simulate config/examples/bunny.yaml -o bunny --up y --set probing.epsilon=0.5");
 
+    const auto add_up = [](CLI::App* command, std::string& axis) {
+        command->add_option("--up", axis, "Axis that points up in the picture")->check(CLI::IsMember({"x", "y", "z"}))->capture_default_str();
+    };
+    const auto add_yes = [](CLI::App* command, bool& yes) {
+        command->add_flag("--yes", yes, "Agree in advance that the machine moves: for unattended use");
+    };
+
+    ProbeCommand probe;
+    CLI::App* const probe_app = app.add_subcommand("probe", "Probe a part with a machine, and write a session folder");
+    probe_app->add_option("CONFIG", probe.config, "Configuration with a machine, YAML")->required();
+    probe_app->add_option("-o,--output", probe.folder, "Session folder to write")->required()->type_name("DIR");
+    add_yes(probe_app, probe.yes);
+    add_up(probe_app, up);
+    add_overrides(probe_app, probe.overrides);
+    probe_app->footer("Example: palpate probe my_part.yaml -o my_part\nCtrl-C stops the machine, and `palpate resume my_part` goes on.");
+
+    ResumeCommand resume;
+    CLI::App* const resume_app = app.add_subcommand("resume", "Go on with a session that was interrupted");
+    resume_app->add_option("DIR", resume.folder, "Session folder")->required();
+    resume_app->add_flag("--replay", resume.replay, "Make the files of a finished session again, from its journal, without a machine");
+    add_yes(resume_app, resume.yes);
+    add_up(resume_app, up);
+    resume_app->footer("Example: palpate resume my_part\n         palpate resume --replay my_part");
+
+    TouchCommand touch;
+    CLI::App* const touch_app = app.add_subcommand("touch", "One guarded touch: go to a place, probe towards another, come back");
+    touch_app->add_option("CONFIG", touch.config, "Configuration with a machine, YAML")->required();
+    touch_app->add_option("--from", touch.from, "Where it begins, mm")->required()->delimiter(',')->expected(3)->type_name("X,Y,Z");
+    touch_app->add_option("--to", touch.to, "Where it ends at the latest, mm")->required()->delimiter(',')->expected(3)->type_name("X,Y,Z");
+    add_yes(touch_app, touch.yes);
+    add_overrides(touch_app, touch.overrides);
+    touch_app->footer("Example: palpate touch my_part.yaml --from 0,0,40 --to 0,0,25");
+
+    CLI::App* const ports_app = app.add_subcommand("ports", "List the serial ports of this computer and what hangs on them");
+    ports_app->footer("Example: palpate ports");
+
+    VmCommand vm;
+    CLI::App* const vm_app = app.add_subcommand("vm", "Run a virtual machine that hides the configuration's object, until Ctrl-C");
+    vm_app->add_option("CONFIG", vm.config, "Configuration with an object and a machine, YAML")->required();
+    vm_app->add_option("--grbl", vm.grbl, "A GRBL controller; LINK will lead to its serial port")->type_name("LINK");
+    vm_app->add_option("--modbus", vm.modbus, "A Modbus controller on TCP")->type_name("HOST:PORT");
+    vm_app->add_option("--modbus-rtu", vm.modbus_rtu, "A Modbus controller on a serial line; LINK will lead to it")->type_name("LINK");
+    vm_app->add_option("--dialect", vm.dialect, "Firmware of the GRBL controller")
+        ->check(CLI::IsMember({"grbl", "grblhal"}))
+        ->capture_default_str();
+    vm_app->add_flag("--locked", vm.locked, "Start in alarm, as after power-on");
+    vm_app->add_flag("--fast", vm.fast, "Motion takes no time");
+    vm_app->add_option("--spurious", vm.spurious, "Share of the moves that trigger falsely")
+        ->check(CLI::Range(0.0, 1.0))
+        ->capture_default_str();
+    vm_app->add_option("--bounce", vm.bounce, "Share of the touches that bounce")->check(CLI::Range(0.0, 1.0))->capture_default_str();
+    vm_app->add_option("--seed", vm.seed, "Of these two")->capture_default_str();
+    vm_app->add_option("--audit", vm.audit, "Write what the machine saw of its motion to FILE, at the end")->type_name("FILE");
+    add_overrides(vm_app, vm.overrides);
+    vm_app->footer(
+        "Example: palpate vm config/machines/grbl.yaml --grbl /tmp/palpate.tty &\n"
+        "         palpate probe config/machines/grbl.yaml --set machine.grbl.port=/tmp/palpate.tty -o part --yes");
+
     CheckCommand check;
-    CLI::App* const check_app = app.add_subcommand("check", "Read a configuration and its object, say what they mean, move nothing");
+    CLI::App* const check_app =
+        app.add_subcommand("check", "Read a configuration and its object, connect to its machine, say what they mean, move nothing");
     check_app->add_option("CONFIG", check.config, "Configuration, YAML")->required();
+    check_app->add_flag("--offline", check.offline, "Do not connect to the machine");
     add_overrides(check_app, check.overrides);
     check_app->footer("Example: palpate check config/examples/torus.yaml");
 
@@ -82,6 +144,18 @@ int main(int argc, char** argv) {
         if (*simulate_app) {
             simulate.up = up[0];
             code = run(simulate, std::cout);
+        } else if (*probe_app) {
+            probe.up = up[0];
+            code = run(probe, std::cout);
+        } else if (*resume_app) {
+            resume.up = up[0];
+            code = run(resume, std::cout);
+        } else if (*touch_app) {
+            code = run(touch, std::cout);
+        } else if (*ports_app) {
+            code = run(PortsCommand{}, std::cout);
+        } else if (*vm_app) {
+            code = run(vm, std::cout);
         } else if (*check_app) {
             code = run(check, std::cout);
         } else {

@@ -1,0 +1,124 @@
+// palpate vm: a virtual machine for any program that drives one.
+#include <spdlog/spdlog.h>
+
+#include <charconv>
+#include <nlohmann/json.hpp>
+#include <ostream>
+
+#include "config/reader.h"
+#include "sim/grbl_host.h"
+#include "sim/virtual_modbus.h"
+#include "tools/commands.h"
+#include "tools/session_files.h"
+#include "tools/simulation.h"
+#include "tools/stop_signals.h"
+
+namespace palpate {
+namespace {
+
+using Json = nlohmann::ordered_json;
+
+// So often it is asked whether it should end.
+constexpr std::chrono::milliseconds kPoll{50};
+// "fast" of a Modbus controller: its axes run that much faster than the clock by which its heartbeat is watched.
+constexpr double kSpeedup = 200.0;
+// mm: the machine reaches a little farther than the session may go.
+constexpr double kBeyondLimits = 1.0;
+
+// The axes of the machine that the configuration describes, with the tool waiting above the workspace.
+VirtualToolOptions tool_options(const SessionConfig& config, const Workspace& workspace) {
+    const MachineConfig& machine = *config.machine;
+    VirtualToolOptions options;
+    options.kinematics = machine.kinematics;
+    options.origin = machine.origin;
+    const Vector beyond = Vector::Constant(kBeyondLimits);
+    options.limits = {machine.limits.min + machine.origin - beyond, machine.limits.max + machine.origin + beyond};
+    options.start = workspace.center() + machine.origin;
+    options.start.z() = machine.limits.max.z() + machine.origin.z();
+    return options;
+}
+
+Json audit_of(const VirtualToolAudit& audit) {
+    return {{"moves", audit.moves},
+            {"unguarded_moves", audit.unguarded_moves},
+            {"outside_limits", audit.outside_limits},
+            {"unsafe_moves", audit.unsafe_moves},
+            {"deepest_mm", audit.deepest_mm},
+            {"distance_mm", audit.distance_mm}};
+}
+
+void report(const VmCommand& command, const VirtualToolAudit& audit, std::ostream& out) {
+    const std::string text = audit_of(audit).dump(2) + '\n';
+    if (command.audit.empty()) {
+        out << text;
+    } else {
+        write_file(command.audit, text);
+    }
+}
+
+void wait(const StopSignals& signals) {
+    while (!signals.token().stop_requested()) std::this_thread::sleep_for(kPoll);
+}
+
+int port_of(const std::string& where) {
+    const std::string digits = where.substr(where.rfind(':') + 1);
+    int port = 0;
+    const auto [end, error] = std::from_chars(digits.data(), digits.data() + digits.size(), port);
+    if (error != std::errc{} || end != digits.data() + digits.size() || port < 0 || port > 65535) {
+        throw SetupError("--modbus: " + where + " is no HOST:PORT");
+    }
+    return port;
+}
+
+void run_grbl(const VmCommand& command, const HiddenObject& object, const VirtualToolOptions& axes, const StopSignals& signals,
+              std::ostream& out) {
+    VirtualTool tool(object, axes);
+    VirtualGrblOptions options;
+    options.dialect = command.dialect == "grblhal" ? GrblDialect::grblhal : GrblDialect::grbl;
+    options.locked = command.locked;
+    options.homed_position = axes.start;
+    options.spurious_rate = command.spurious;
+    options.bounce_rate = command.bounce;
+    options.seed = command.seed;
+    VirtualGrbl grbl(tool, options);
+    {
+        const GrblHost host(grbl, {command.grbl, command.fast ? GrblHostOptions::Time::fast : GrblHostOptions::Time::real, false});
+        out << "virtual " << command.dialect << " on " << command.grbl.string() << " -> " << host.client_path() << "; Ctrl-C ends it"
+            << std::endl;
+        wait(signals);
+    }
+    report(command, tool.audit(), out);
+}
+
+void run_modbus(const VmCommand& command, const HiddenObject& object, const VirtualToolOptions& axes, const StopSignals& signals,
+                std::ostream& out) {
+    VirtualModbusOptions options;
+    options.tool = axes;
+    options.speedup = command.fast ? kSpeedup : 1.0;
+    std::variant<VirtualModbusTcp, VirtualModbusSerial> where = VirtualModbusSerial{command.modbus_rtu};
+    if (!command.modbus.empty()) where = VirtualModbusTcp{port_of(command.modbus)};
+    VirtualModbus modbus(object, options, where);
+    const ModbusLinkOptions link = modbus.link();
+    out << "virtual Modbus controller, unit " << link.unit << ", ";
+    if (const auto* tcp = std::get_if<ModbusTcp>(&link.where)) out << "on " << tcp->host << ':' << tcp->port;
+    if (const auto* rtu = std::get_if<ModbusRtu>(&link.where)) out << "on " << command.modbus_rtu.string() << " -> " << rtu->path;
+    out << "; Ctrl-C ends it" << std::endl;
+    wait(signals);
+    report(command, modbus.with_controller([](const VirtualModbusController& controller) { return controller.tool().audit(); }), out);
+}
+
+}  // namespace
+
+ExitCode run(const VmCommand& command, std::ostream& out) {
+    const StopSignals signals;
+    const SessionConfig config = read_config(command.config, command.overrides);
+    if (!config.machine) throw SetupError("machine: missing; a virtual machine needs to know how it moves");
+    const int kinds = (command.grbl.empty() ? 0 : 1) + (command.modbus.empty() ? 0 : 1) + (command.modbus_rtu.empty() ? 0 : 1);
+    if (kinds != 1) throw SetupError("give one of --grbl LINK, --modbus HOST:PORT, --modbus-rtu LINK");
+    const Scene scene = build_scene(config);
+    const VirtualToolOptions axes = tool_options(config, scene.workspace);
+    command.grbl.empty() ? run_modbus(command, scene.object, axes, signals, out) : run_grbl(command, scene.object, axes, signals, out);
+    return ExitCode::done;
+}
+
+}  // namespace palpate
