@@ -32,7 +32,8 @@ VirtualToolOptions tool_options(const SessionConfig& config, const Workspace& wo
     options.kinematics = machine.kinematics;
     options.origin = machine.origin;
     const Vector beyond = Vector::Constant(kBeyondLimits);
-    options.limits = {machine.limits.min + machine.origin - beyond, machine.limits.max + machine.origin + beyond};
+    // Like a controller that homes to the upper ends of its axes and calls them 0.
+    options.limits = {machine.limits.min + machine.origin - beyond, (machine.limits.max + machine.origin + beyond).cwiseMax(0.0)};
     options.start = workspace.center() + machine.origin;
     options.start.z() = machine.limits.max.z() + machine.origin.z();
     return options;
@@ -76,6 +77,7 @@ void run_grbl(const VmCommand& command, const HiddenObject& object, const Virtua
     VirtualGrblOptions options;
     options.dialect = command.dialect == "grblhal" ? GrblDialect::grblhal : GrblDialect::grbl;
     options.locked = command.locked;
+    options.soft_limits = true;
     options.homed_position = axes.start;
     options.spurious_rate = command.spurious;
     options.bounce_rate = command.bounce;

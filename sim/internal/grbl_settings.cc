@@ -28,9 +28,9 @@ GrblSettings::GrblSettings(const VirtualGrblOptions& options, const VirtualToolO
     values_[kInches] = options.report_inches ? 1 : 0;
     values_[kSoftLimits] = options.soft_limits ? 1 : 0;
     values_[kHoming] = options.homing ? 1 : 0;
-    constexpr double kStepsPerMm = 250.0;  // the firmware's default
+    const double steps_per_mm = 1.0 / tool.kinematics.resolution_mm;
     for (int axis = 0; axis < 3; ++axis) {
-        values_[100 + axis] = kStepsPerMm;
+        values_[100 + axis] = steps_per_mm;
         values_[kMaxFeed + axis] = options.max_feed_mm_per_s * kSecondsPerMinute;
         values_[120 + axis] = tool.kinematics.acceleration_mm_per_s2;
         values_[130 + axis] = tool.limits.max[axis] - tool.limits.min[axis];
