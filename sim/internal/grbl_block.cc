@@ -1,9 +1,12 @@
 #include "sim/internal/grbl_block.h"
 
+#include <algorithm>
+#include <array>
 #include <cmath>
 #include <map>
 #include <optional>
 #include <set>
+#include <string_view>
 
 namespace palpate {
 namespace {
@@ -41,8 +44,8 @@ public:
     int add(const GrblWord& word) {
         if (word.letter == 'G') return add_g(word.value);
         if (word.letter == 'M') return add_m(word.value);
-        static const std::set<char> kKnown{'F', 'L', 'N', 'P', 'S', 'T', 'X', 'Y', 'Z'};
-        if (!kKnown.contains(word.letter)) return kUnsupported;
+        constexpr std::string_view kKnown = "FLNPSTXYZ";
+        if (kKnown.find(word.letter) == std::string_view::npos) return kUnsupported;
         if (!values_.try_emplace(word.letter, word.value).second) return kRepeatedWord;
         return word.value < 0.0 && word.letter < 'X' ? kNegative : 0;
     }
@@ -134,8 +137,8 @@ private:
 
     // Spindle, coolant and the end of a program: known, and without effect here.
     static int add_m(double value) {
-        static const std::set<double> kKnown{0, 1, 2, 3, 4, 5, 7, 8, 9, 30};
-        return kKnown.contains(value) ? 0 : kUnsupported;
+        constexpr std::array kKnown{0.0, 1.0, 2.0, 3.0, 4.0, 5.0, 7.0, 8.0, 9.0, 30.0};
+        return std::ranges::find(kKnown, value) != kKnown.end() ? 0 : kUnsupported;
     }
 
     std::map<char, double> values_;

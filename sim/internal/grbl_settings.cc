@@ -3,7 +3,6 @@
 #include <algorithm>
 #include <array>
 #include <cstdio>
-#include <set>
 
 namespace palpate {
 namespace {
@@ -15,8 +14,8 @@ constexpr double kSecondsPerMinute = 60.0;
 
 // The ones that are told with three decimals; the rest are whole.
 bool is_fractional(int number) {
-    static const std::set<int> kFractional{11, 12, 24, 25, 27};
-    return number >= 100 || kFractional.contains(number);
+    constexpr std::array kFractional{11, 12, 24, 25, 27};
+    return number >= 100 || std::ranges::find(kFractional, number) != kFractional.end();
 }
 
 }  // namespace
