@@ -22,7 +22,7 @@ struct Kinematics {
     double acceleration_mm_per_s2 = 200.0;
     Seconds latency{0.002};        // from the trigger until the machine begins to slow down
     double overtravel_mm = 2.0;    // what the probe gives way after it has triggered
-    double retract_mm = 1.0;       // after a contact, back along the way that the tool came
+    double retract_mm = 0.5;       // after a contact, back along the way that the tool came
     double resolution_mm = 0.001;  // of positions that are told to and by the machine
 };
 

@@ -59,6 +59,16 @@ TEST(Documentation, ExamplesAreRead) {
     EXPECT_EQ(names, (std::set<std::string>{"box.yaml", "bunny.yaml", "genus2.yaml", "torus.yaml", "two_components.yaml"}));
 }
 
+TEST(Documentation, ExamplesOfMachinesAreRead) {
+    for (const char* name : {"grbl.yaml", "modbus.yaml"}) {
+        const SessionConfig config = read_config(std::filesystem::path(PALPATE_CONFIG_DIR) / "machines" / name);
+        ASSERT_TRUE(config.machine) << name;
+        EXPECT_EQ(std::holds_alternative<GrblSpec>(config.machine->connection), std::string(name) == "grbl.yaml");
+        EXPECT_TRUE(config.object) << "so that `palpate vm` can imitate it: " << name;
+        EXPECT_GT(config.probing.touch_error, 0);
+    }
+}
+
 // The block in the README is a file that works as it stands.
 TEST(Documentation, ReadmesExampleIsRead) {
     const std::string readme = test::contents(std::filesystem::path(PALPATE_CONFIG_DIR) / "README.md");

@@ -93,6 +93,46 @@ WorkspaceSpec random_workspace(Random& random) {
     }
 }
 
+MachineConfig random_machine(Random& random) {
+    MachineConfig machine;
+    if (flip(random)) {
+        machine.connection =
+            GrblSpec{{"/dev/tty \"odd\" #" + std::to_string(random() % 100), static_cast<int>(1 + random() % 1'000'000), flip(random)}};
+    } else {
+        ModbusSpec modbus;
+        if (flip(random)) {
+            modbus.line = ModbusTcpSpec{"host-" + std::to_string(random() % 100), static_cast<int>(1 + random() % 65535)};
+        } else {
+            modbus.line = ModbusRtuSpec{"/dev/ttyS1", static_cast<int>(1 + random() % 1'000'000), "NEO"[random() % 3],
+                                        static_cast<int>(1 + random() % 2)};
+        }
+        modbus.unit = static_cast<int>(1 + random() % 247);
+        modbus.slowest_answer = Seconds(positive(random));
+        if (flip(random)) modbus.profile = "/no such folder/profile.yaml";
+        machine.connection = modbus;
+    }
+    machine.homing = static_cast<Homing>(random() % 3);
+    machine.origin = any_vector(random);
+    machine.limits.min = any_vector(random);
+    machine.limits.max = machine.limits.min.array() + machine.limits.min.array().abs() + 1;
+    const auto share = [&] { return std::uniform_real_distribution<double>(0.01, 10)(random); };
+    Kinematics& k = machine.kinematics;
+    k.feeds = {share(), share(), share()};
+    k.acceleration_mm_per_s2 = share();
+    k.latency = Seconds(share());
+    k.overtravel_mm = 1e4;  // more than any of these feeds needs to stop
+    k.retract_mm = share();
+    k.resolution_mm = share();
+    machine.noise_mm = share();
+    machine.touch.samples = static_cast<int>(1 + random() % 100);
+    machine.touch.tolerance_mm = share();
+    machine.touch.retries = static_cast<int>(random() % 100);
+    machine.touch.discard_first = flip(random);
+    machine.touch.confirm = flip(random);
+    machine.datum_tolerance_mm = share();
+    return machine;
+}
+
 // One flat list of everything in a config, doubles by their bits.
 class Flattener {
 public:
@@ -129,7 +169,20 @@ public:
         add(std::uint64_t{value.index()});
         std::visit([this](const auto& kind) { add(kind); }, value);
     }
+    void add(const std::string& text) { words_.push_back(text); }
+    void add(const GrblSpec& g) { add_all(g.port.path, std::uint64_t(g.port.baud), std::uint64_t{g.port.reset}); }
+    void add(const ModbusTcpSpec& t) { add_all(t.host, std::uint64_t(t.port)); }
+    void add(const ModbusRtuSpec& r) { add_all(r.path, std::uint64_t(r.baud), std::string(1, r.parity), std::uint64_t(r.stop_bits)); }
+    void add(const ModbusSpec& m) { add_all(m.line, std::uint64_t(m.unit), m.slowest_answer.count(), m.profile.string()); }
+    void add(const MachineConfig& m) {
+        const Kinematics& k = m.kinematics;
+        add_all(m.connection, std::uint64_t(m.homing), m.origin, m.limits, k.feeds.travel_mm_per_s, k.feeds.probe_mm_per_s,
+                k.feeds.touch_mm_per_s, k.acceleration_mm_per_s2, k.latency.count(), k.overtravel_mm, k.retract_mm, k.resolution_mm,
+                m.noise_mm, std::uint64_t(m.touch.samples), m.touch.tolerance_mm, std::uint64_t(m.touch.retries),
+                std::uint64_t{m.touch.discard_first}, std::uint64_t{m.touch.confirm}, m.datum_tolerance_mm);
+    }
     void add(const Options& o) {
+        add_all(o.touch_error, o.retract);
         add_all(o.epsilon, std::uint64_t{o.reach.has_value()}, o.reach.value_or(0.0), o.refinement_floor, o.audit, o.random_seed,
                 std::uint64_t{o.standoff.has_value()}, o.standoff.value_or(0.0));
         for (const int word : {static_cast<int>(o.strategy.refine), static_cast<int>(o.strategy.explore),
@@ -161,6 +214,10 @@ std::vector<std::string> flatten(const SessionConfig& config) {
     flat.add(std::uint64_t{config.object.has_value()});
     if (config.object) {
         flat.add(*config.object);
+    }
+    flat.add(std::uint64_t{config.machine.has_value()});
+    if (config.machine) {
+        flat.add(*config.machine);
     }
     flat.add_all(config.workspace, config.probing, config.probing.random_seed);
     return flat.words();
@@ -225,6 +282,7 @@ SessionConfig random_config(std::mt19937_64& random) {
         default:
             config.object = random_shape(random, 3);
     }
+    if (flip(random)) config.machine = random_machine(random);
     config.workspace = random_workspace(random);
     Options& probing = config.probing;
     probing.epsilon = positive(random);
@@ -251,6 +309,10 @@ SessionConfig random_config(std::mt19937_64& random) {
     if (flip(random)) probing.budget.machine_time = positive(random);
     probing.refinement_floor = std::uniform_real_distribution<double>(1e-9, 1.0)(random);
     config.probing.random_seed = random();
+    if (config.machine) {
+        probing.touch_error = config.machine->touch_error();
+        probing.retract = config.machine->kinematics.retract_mm;
+    }
     return config;
 }
 
