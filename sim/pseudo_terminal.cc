@@ -2,14 +2,15 @@
 
 #include <fcntl.h>
 #include <poll.h>
-#include <stdlib.h>
 #include <sys/inotify.h>
 #include <termios.h>
 #include <unistd.h>
 
 #include <array>
 #include <cerrno>
+#include <cstdlib>
 #include <system_error>
+#include <utility>
 
 #include "devices/errors.h"
 
@@ -22,8 +23,8 @@ namespace {
 
 }  // namespace
 
-PseudoTerminal::PseudoTerminal(const std::filesystem::path& link)
-    : descriptor_(posix_openpt(O_RDWR | O_NOCTTY | O_NONBLOCK | O_CLOEXEC)), link_(link) {
+PseudoTerminal::PseudoTerminal(std::filesystem::path link)
+    : descriptor_(posix_openpt(O_RDWR | O_NOCTTY | O_NONBLOCK | O_CLOEXEC)), link_(std::move(link)) {
     if (descriptor_ < 0) fail("cannot open one; the system may have too many of them");
     try {
         std::array<char, 128> name{};

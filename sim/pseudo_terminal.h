@@ -13,7 +13,7 @@ class PseudoTerminal {
 public:
     // `link`, if not empty, becomes a symbolic link to the client's end and is removed at the end; one that is there is replaced.
     // Throws ConnectionLost (devices/errors.h) if the system has no pseudo-terminal to give, or `link` is something else than a link.
-    explicit PseudoTerminal(const std::filesystem::path& link = {});
+    explicit PseudoTerminal(std::filesystem::path link = {});
     ~PseudoTerminal();
     PseudoTerminal(const PseudoTerminal&) = delete;
     PseudoTerminal& operator=(const PseudoTerminal&) = delete;

@@ -36,10 +36,10 @@ double deepest_between(const HiddenObject& object, const Segment& way, double fr
     const double length = (way.target - way.source).norm();
     if (length == 0.0) return depth_at(object, way.source);
     const Vector direction = (way.target - way.source) / length;
-    const double steps = std::clamp(std::ceil((to - from) / step), 1.0, kMostSteps);
+    const int steps = static_cast<int>(std::clamp(std::ceil((to - from) / step), 1.0, kMostSteps));
     double deepest = 0.0;
-    for (double i = 0.0; i <= steps; i += 1.0) {
-        deepest = std::max(deepest, depth_at(object, way.source + (from + i / steps * (to - from)) * direction));
+    for (int i = 0; i <= steps; ++i) {
+        deepest = std::max(deepest, depth_at(object, way.source + (from + (to - from) * i / steps) * direction));
     }
     return deepest;
 }
