@@ -73,13 +73,18 @@ void VirtualTool::place(const Point& position) {
     input_->touch(object_.contains(place_), now_);
 }
 
+void VirtualTool::count_from(const Point& position) {
+    assert(!motion_);
+    slip_ = true_position() - position;
+}
+
 double VirtualTool::speed_mm_per_s() const { return motion_ ? motion_->profile.speed(now_ - motion_->start) : 0.0; }
 
 Point VirtualTool::true_position() const { return (motion_ ? motion_->at(motion_->travelled(now_)) : place_) + options_.origin; }
 
 Point VirtualTool::rounded(const Point& p) const {
-    const double step = options_.kinematics.resolution_mm;
-    return (p / step).array().round().matrix() * step;
+    const double steps_per_mm = 1.0 / options_.kinematics.resolution_mm;
+    return (p * steps_per_mm).array().round() / steps_per_mm;
 }
 
 Point VirtualTool::position() const { return rounded(true_position() - slip_); }

@@ -60,6 +60,8 @@ public:
     Seconds finish();
     // By hand or by a homing cycle: it is there now, and the count is right. Not a move of the account. REQUIRES: not moving.
     void place(const Point& position);
+    // Power was off: from now on the count of steps says `position`, wherever the tool is. REQUIRES: not moving.
+    void count_from(const Point& position);
 
     [[nodiscard]] bool is_moving() const { return motion_ != nullptr; }
     [[nodiscard]] Point position() const;

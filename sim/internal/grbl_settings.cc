@@ -1,0 +1,64 @@
+#include "sim/internal/grbl_settings.h"
+
+#include <algorithm>
+#include <array>
+#include <cstdio>
+#include <set>
+
+namespace palpate {
+namespace {
+
+constexpr int kUnknownSetting = 3;
+constexpr int kNegative = 4;
+constexpr int kSoftLimitsNeedHoming = 10;
+constexpr double kSecondsPerMinute = 60.0;
+
+// The ones that are told with three decimals; the rest are whole.
+bool is_fractional(int number) {
+    static const std::set<int> kFractional{11, 12, 24, 25, 27};
+    return number >= 100 || kFractional.contains(number);
+}
+
+}  // namespace
+
+GrblSettings::GrblSettings(const VirtualGrblOptions& options, const VirtualToolOptions& tool)
+    : values_{{0, 10}, {1, 25}, {2, 0},   {3, 0},    {4, 0},    {5, 0},  {6, 0},     {11, 0.01}, {12, 0.002},
+              {21, 0}, {23, 0}, {24, 25}, {25, 500}, {26, 250}, {27, 1}, {30, 1000}, {31, 0},    {32, 0}} {
+    values_[kStatusMask] = options.status_mask;
+    values_[kInches] = options.report_inches ? 1 : 0;
+    values_[kSoftLimits] = options.soft_limits ? 1 : 0;
+    values_[kHoming] = options.homing ? 1 : 0;
+    constexpr double kStepsPerMm = 250.0;  // the firmware's default
+    for (int axis = 0; axis < 3; ++axis) {
+        values_[100 + axis] = kStepsPerMm;
+        values_[kMaxFeed + axis] = options.max_feed_mm_per_s * kSecondsPerMinute;
+        values_[120 + axis] = tool.kinematics.acceleration_mm_per_s2;
+        values_[130 + axis] = tool.limits.max[axis] - tool.limits.min[axis];
+    }
+}
+
+int GrblSettings::set(int number, double value) {
+    const auto it = values_.find(number);
+    if (it == values_.end()) return kUnknownSetting;
+    if (value < 0.0) return kNegative;
+    if (number == kSoftLimits && value != 0.0 && !homing()) return kSoftLimitsNeedHoming;
+    it->second = value;
+    if (number == kHoming && value == 0.0) values_[kSoftLimits] = 0.0;
+    return 0;
+}
+
+std::string GrblSettings::dump() const {
+    std::string text;
+    for (const auto& [number, value] : values_) {
+        std::array<char, 64> line{};
+        std::snprintf(line.data(), line.size(), is_fractional(number) ? "$%d=%.3f\r\n" : "$%d=%.0f\r\n", number, value);
+        text += line.data();
+    }
+    return text;
+}
+
+double GrblSettings::max_feed_mm_per_s() const {
+    return std::min({values_.at(kMaxFeed), values_.at(kMaxFeed + 1), values_.at(kMaxFeed + 2)}) / kSecondsPerMinute;
+}
+
+}  // namespace palpate
