@@ -85,10 +85,10 @@ struct Journal {
 // Appends; every call returns when the line is on the disk. One process at a time.
 class JournalWriter {
 public:
-    // Throws JournalError if another process has it, or it cannot be opened. `lines` and `bytes` are what the file holds of whole lines;
-    // what is beyond is cut off.
+    // A new one. Throws JournalError if there is one already, another process has it, or it cannot be made.
     static JournalWriter create(const std::filesystem::path& file, const JournalHeader& header);
-    // Locks the file first, so that what `read` finds stays true.
+    // One that is there, locked, so that what read() finds stays true. Throws JournalError if another process has it, or it cannot be
+    // opened.
     explicit JournalWriter(const std::filesystem::path& file);
     ~JournalWriter();
     JournalWriter(JournalWriter&& other) noexcept;
@@ -99,14 +99,16 @@ public:
     // Reads the file and goes on after its whole lines: a torn one is cut off.
     [[nodiscard]] Journal read();
 
-    // Each throws JournalError if the line cannot be made durable (the disk is full, say); the file then ends with the line before.
-    // Returns the number of the line.
+    // Each throws JournalError if the line cannot be made durable (the disk is full, say); the file then ends with the line before, and
+    // nothing more is written. An answer with a number that is not finite throws BadAnswer, and nothing is written. Returns the number of
+    // the line.
     std::uint64_t append(const JournalMove& move);
     void append_resumed(std::optional<std::uint64_t> contact_line, double offset_mm);
     void append_withdrawn(std::uint64_t first_line);
     void append(const JournalEnd& end);
 
 private:
+    JournalWriter(const std::filesystem::path& file, int more_flags);
     void append_line(std::string line);
     [[noreturn]] void fail(const std::string& what, int error) const;
 
@@ -114,6 +116,7 @@ private:
     int file_ = -1;
     std::uint64_t lines_ = 0;
     std::uint64_t bytes_ = 0;
+    bool is_broken_ = false;
 };
 
 }  // namespace palpate

@@ -7,6 +7,7 @@
 #include <array>
 #include <cerrno>
 #include <charconv>
+#include <cmath>
 #include <cstdio>
 #include <system_error>
 
@@ -21,6 +22,9 @@ constexpr mode_t kMode = 0644;
 
 std::string number(double x) {
     std::array<char, 32> digits{};
+    if (!std::isfinite(x)) throw BadAnswer("an answer with a number that is not finite is not written into the journal");
+    // "-0" would be read as an integer, which has no sign.
+    if (x == 0 && std::signbit(x)) return "-0.0";
     return {digits.data(), std::to_chars(digits.data(), digits.data() + digits.size(), x).ptr};
 }
 
@@ -56,8 +60,10 @@ std::string digest(const std::string& text) {
     return digits.data();
 }
 
-JournalWriter::JournalWriter(const fs::path& file) : path_(file) {
-    file_ = ::open(path_.c_str(), O_RDWR | O_APPEND | O_CREAT | O_CLOEXEC, kMode);
+JournalWriter::JournalWriter(const fs::path& file) : JournalWriter(file, 0) {}
+
+JournalWriter::JournalWriter(const fs::path& file, int more_flags) : path_(file) {
+    file_ = ::open(path_.c_str(), O_RDWR | O_APPEND | O_CLOEXEC | more_flags, kMode);
     if (file_ < 0) fail("cannot be opened", errno);
     if (::flock(file_, LOCK_EX | LOCK_NB) != 0) {
         ::close(file_);
@@ -66,14 +72,18 @@ JournalWriter::JournalWriter(const fs::path& file) : path_(file) {
 }
 
 JournalWriter::JournalWriter(JournalWriter&& other) noexcept
-    : path_(std::move(other.path_)), file_(std::exchange(other.file_, -1)), lines_(other.lines_), bytes_(other.bytes_) {}
+    : path_(std::move(other.path_)),
+      file_(std::exchange(other.file_, -1)),
+      lines_(other.lines_),
+      bytes_(other.bytes_),
+      is_broken_(other.is_broken_) {}
 
 JournalWriter::~JournalWriter() {
     if (file_ >= 0) ::close(file_);
 }
 
 JournalWriter JournalWriter::create(const fs::path& file, const JournalHeader& header) {
-    JournalWriter writer(file);
+    JournalWriter writer(file, O_CREAT);
     std::error_code error;
     if (fs::file_size(file, error) > 0 || error) {
         throw JournalError(file.string() + ": holds a session already; choose another folder, or resume it");
@@ -121,6 +131,7 @@ void JournalWriter::append(const JournalEnd& end) {
 }
 
 void JournalWriter::append_line(std::string line) {
+    if (is_broken_) throw JournalError(path_.string() + ": could not be written before; nothing more is written: resume the session");
     line = "{\"n\":" + std::to_string(lines_) + ',' + line;
     line += R"(,"crc":")" + digest(line) + "\"}\n";
     std::size_t written = 0;
@@ -133,6 +144,7 @@ void JournalWriter::append_line(std::string line) {
     }
     if (error == 0 && ::fdatasync(file_) != 0) error = errno;
     if (error != 0) {
+        is_broken_ = true;
         // A journal that ends with a whole line can be resumed as it is; if that fails too, the next reader drops the torn one.
         if (::ftruncate(file_, static_cast<off_t>(bytes_)) != 0) fail("cannot be written, and its last line is torn", error);
         fail("cannot be written", error);

@@ -1,6 +1,7 @@
 #include "devices/journaling_device.h"
 
 #include <cassert>
+#include <cstring>
 #include <sstream>
 
 #include "devices/internal/journal_words.h"
@@ -14,6 +15,8 @@ std::string describe(const Point& target, Pace pace) {
     text << word_of(pace) << " to (" << target.x() << ", " << target.y() << ", " << target.z() << ')';
     return text.str();
 }
+
+bool same_bits(const Point& a, const Point& b) { return std::memcmp(a.data(), b.data(), 3 * sizeof(double)) == 0; }
 
 }  // namespace
 
@@ -30,14 +33,17 @@ MoveResult JournalingDevice::guarded_move(const Point& target, Pace pace) {
         }
         device_ = &go_live_(target);
     }
+    if (has_gap_) throw JournalError("an answer could not be recorded, and nothing moves after that: resume the session");
     JournalMove move{target, pace, device_->guarded_move(target, pace), device_->position()};
+    has_gap_ = true;
     writer_->append(move);
+    has_gap_ = false;
     return std::move(move.result);
 }
 
 const JournalMove& JournalingDevice::replay(const Point& target, Pace pace) {
     const JournalMove& known = record_.moves[next_];
-    if (known.target != target || known.pace != pace) {
+    if (!same_bits(known.target, target) || known.pace != pace) {
         throw ReplayMismatch("line " + std::to_string(known.line + 1) + " of the journal answers " + describe(known.target, known.pace) +
                              ", but the planner asks for " + describe(target, pace) +
                              ": the journal was written by another version of Palpate, or for another configuration");

@@ -42,6 +42,7 @@ private:
     GoLive go_live_;
     ProbeDevice* device_ = nullptr;
     std::size_t next_ = 0;
+    bool has_gap_ = false;  // the device moved, and its answer is not in the journal
     Point rest_;
 };
 

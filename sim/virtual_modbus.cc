@@ -6,14 +6,16 @@
 #include <netinet/in.h>
 #include <poll.h>
 #include <sys/socket.h>
-#include <termios.h>
 #include <unistd.h>
 
 #include <algorithm>
 #include <array>
 #include <cerrno>
-#include <cstdlib>
+#include <exception>
+#include <string_view>
 #include <system_error>
+
+#include "sim/pseudo_terminal.h"
 
 namespace palpate {
 namespace {
@@ -61,27 +63,17 @@ struct FreeMapping {
 
 struct VirtualModbus::Line {
     std::unique_ptr<modbus_t, FreeContext> context;
-    Descriptor listener;            // TCP
-    std::vector<Descriptor> peers;  // TCP: one for each client; otherwise the pseudo-terminal's master
-    Descriptor slave;               // held open, so that the master outlives its clients
-    Descriptor sink;                // answers that get lost go here
+    Descriptor listener;                     // TCP
+    std::vector<Descriptor> peers;           // TCP: one for each client
+    std::optional<PseudoTerminal> terminal;  // otherwise
+    Descriptor client_end;                   // of the terminal: held open, so that it outlives its clients
+    Descriptor sink;                         // answers that get lost go here
     Descriptor sink_end;
-    std::string device;
-    std::filesystem::path link;
 
-    Line() = default;
-    ~Line() {
-        std::error_code ignored;  // it may be gone already, with its folder
-        if (!link.empty()) std::filesystem::remove(link, ignored);
-    }
-    Line(const Line&) = delete;
-    Line& operator=(const Line&) = delete;
-    Line(Line&&) = delete;
-    Line& operator=(Line&&) = delete;
-
-    // Both throw std::system_error.
+    // They throw std::system_error, or ConnectionLost.
     void listen(VirtualModbusTcp& tcp);
     void open_terminal(const VirtualModbusSerial& serial);
+    [[nodiscard]] std::string device() const { return terminal ? terminal->client_path() : ""; }
     static std::unique_ptr<Line> open(std::variant<VirtualModbusTcp, VirtualModbusSerial>& where, int unit);
 };
 
@@ -96,26 +88,11 @@ void VirtualModbus::Line::listen(VirtualModbusTcp& tcp) {
 }
 
 void VirtualModbus::Line::open_terminal(const VirtualModbusSerial& serial) {
-    Descriptor master(::posix_openpt(O_RDWR | O_NOCTTY | O_CLOEXEC));
-    std::array<char, 128> name{};
-    if (master.get() < 0 || ::grantpt(master.get()) != 0 || ::unlockpt(master.get()) != 0 ||
-        ::ptsname_r(master.get(), name.data(), name.size()) != 0) {
-        fail("cannot have a pseudo-terminal");
-    }
-    device = name.data();
-    slave = Descriptor(::open(device.c_str(), O_RDWR | O_NOCTTY | O_CLOEXEC));
-    termios settings{};
-    if (slave.get() < 0 || ::tcgetattr(slave.get(), &settings) != 0) fail("cannot open " + device);
-    ::cfmakeraw(&settings);
-    if (::tcsetattr(slave.get(), TCSANOW, &settings) != 0) fail("cannot set up " + device);
-    // The context wants a name to open, but is given the master instead of opening it.
+    const std::string& device = terminal.emplace(serial.link).client_path();
+    client_end = Descriptor(::open(device.c_str(), O_RDWR | O_NOCTTY | O_CLOEXEC));
+    if (client_end.get() < 0) fail("cannot open " + device);
+    // The context wants a name to open, but is given the terminal's descriptor instead of opening it.
     context.reset(modbus_new_rtu(device.c_str(), 19200, 'N', 8, 1));
-    peers.push_back(std::move(master));
-    if (serial.link.empty()) return;
-    std::error_code ignored;  // none there is as good
-    std::filesystem::remove(serial.link, ignored);
-    std::filesystem::create_symlink(device, serial.link);
-    link = serial.link;
 }
 
 std::unique_ptr<VirtualModbus::Line> VirtualModbus::Line::open(std::variant<VirtualModbusTcp, VirtualModbusSerial>& where, int unit) {
@@ -138,7 +115,7 @@ VirtualModbus::VirtualModbus(const HiddenObject& object, const VirtualModbusOpti
     : where_(std::move(where)),
       unit_(unit),
       line_(Line::open(where_, unit)),
-      device_(line_->device),
+      device_(line_->device()),
       controller_(object, options),
       advanced_to_(clock_.now()),
       thread_([this](const std::stop_token& stop) { serve(stop); }) {}
@@ -173,12 +150,9 @@ void VirtualModbus::unplug() { plug(false); }
 void VirtualModbus::replug() { plug(true); }
 
 void VirtualModbus::send_stale(std::span<const std::uint8_t> bytes) {
-    const int slave = ::open(device_.c_str(), O_RDWR | O_NOCTTY | O_CLOEXEC);
-    const Descriptor owner(slave);
     const std::scoped_lock lock(mutex_);
-    if (slave < 0 || ::write(line_->peers.front().get(), bytes.data(), bytes.size()) != static_cast<ssize_t>(bytes.size())) {
-        fail("cannot write to " + device_);
-    }
+    const std::string_view text(reinterpret_cast<const char*>(bytes.data()), bytes.size());
+    if (line_->terminal->write(text) != bytes.size()) fail("cannot write to " + device_);
 }
 
 void VirtualModbus::advance() {
@@ -207,10 +181,10 @@ bool VirtualModbus::follow_the_plug() {
         if (wants_plug_) {
             try {
                 line_ = Line::open(where_, unit_);
-            } catch (const std::system_error&) {
+            } catch (const std::exception&) {
                 return false;  // the port is not free yet: the next look tries again
             }
-            device_ = line_->device;
+            device_ = line_->device();
             is_plugged_ = true;
         }
         plug_moved_.notify_all();
@@ -224,6 +198,7 @@ void VirtualModbus::serve(const std::stop_token& stop) {
         std::vector<pollfd> watched;
         if (follow_the_plug()) {
             for (const Descriptor& peer : line_->peers) watched.push_back({peer.get(), POLLIN, 0});
+            if (line_->terminal) watched.push_back({line_->terminal->descriptor(), POLLIN, 0});
             if (line_->listener.get() >= 0) watched.push_back({line_->listener.get(), POLLIN, 0});
         }
         const bool is_moving = with_controller([](const VirtualModbusController& c) { return c.tool().is_moving(); });

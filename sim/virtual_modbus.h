@@ -49,7 +49,7 @@ struct AnswerFault {
 
 class VirtualModbus {
 public:
-    // `object` must outlive it. Throws std::system_error if the port cannot be had.
+    // `object` must outlive it. Throws std::system_error if the port cannot be had, ConnectionLost if a pseudo-terminal cannot.
     VirtualModbus(const HiddenObject& object, const VirtualModbusOptions& options,
                   std::variant<VirtualModbusTcp, VirtualModbusSerial> where, int unit = 1);
     ~VirtualModbus();

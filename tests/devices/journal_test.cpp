@@ -7,7 +7,9 @@
 #include <sys/wait.h>
 #include <unistd.h>
 
+#include <cmath>
 #include <fstream>
+#include <limits>
 
 #include "tests/random.h"
 
@@ -210,6 +212,49 @@ TEST_F(JournalFile, ADiskThatIsFullLeavesTheJournalWhole) {
     EXPECT_EQ(WEXITSTATUS(status), 7);
     EXPECT_EQ(text(), before);
     EXPECT_EQ(read_journal(file_).moves.size(), 3U);
+}
+
+TEST_F(JournalFile, AfterAWriteThatFailedNothingMoreIsWritten) {
+    write_some(file_, 1, 11);
+    const std::string before = text();
+    const pid_t child = fork();
+    if (child == 0) {
+        signal(SIGXFSZ, SIG_IGN);
+        JournalWriter writer(file_);
+        (void)writer.read();
+        rlimit limit{before.size() + 40, RLIM_INFINITY};
+        setrlimit(RLIMIT_FSIZE, &limit);
+        Random random(1);
+        EXPECT_THROW(writer.append(random_move(random)), JournalError);
+        limit.rlim_cur = RLIM_INFINITY;  // room again
+        setrlimit(RLIMIT_FSIZE, &limit);
+        EXPECT_THROW(writer.append(random_move(random)), JournalError) << "there is a gap now";
+        _exit(::testing::Test::HasFailure() ? 1 : 7);
+    }
+    int status = 0;
+    waitpid(child, &status, 0);
+    EXPECT_EQ(WEXITSTATUS(status), 7);
+    EXPECT_EQ(text(), before);
+}
+
+TEST_F(JournalFile, NumbersKeepTheirSignAndThoseThatAreNoneAreRefused) {
+    JournalMove move;
+    move.target = {-0.0, 0.0, 1e-320};
+    JournalWriter writer = JournalWriter::create(file_, kHeader);
+    writer.append(move);
+    EXPECT_TRUE(std::signbit(read_journal(file_).moves[0].target.x()));
+    EXPECT_FALSE(std::signbit(read_journal(file_).moves[0].target.y()));
+    const std::string before = text();
+    for (const double bad : {std::numeric_limits<double>::quiet_NaN(), std::numeric_limits<double>::infinity()}) {
+        move.rest.z() = bad;
+        EXPECT_THROW(writer.append(move), BadAnswer);
+    }
+    EXPECT_EQ(text(), before);
+}
+
+TEST_F(JournalFile, NothingIsMadeWhereThereIsNoSession) {
+    EXPECT_THROW(JournalWriter{file_}, JournalError);
+    EXPECT_FALSE(fs::exists(file_));
 }
 
 TEST_F(JournalFile, AFileThatIsNotThereIsSaid) {
