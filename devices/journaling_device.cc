@@ -31,6 +31,7 @@ MoveResult JournalingDevice::guarded_move(const Point& target, Pace pace) {
             throw ReplayMismatch("the journal ends after line " + std::to_string(record_.lines) + ", but the planner asks on (" +
                                  describe(target, pace) + "): the session was not finished; resume it");
         }
+        went_live_ = true;
         device_ = &go_live_(target);
     }
     if (has_gap_) throw JournalError("an answer could not be recorded, and nothing moves after that: resume the session");

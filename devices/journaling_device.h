@@ -30,7 +30,8 @@ public:
     void stop() override;
 
     [[nodiscard]] const Journal& record() const { return record_; }
-    [[nodiscard]] bool is_live() const { return device_ != nullptr; }
+    // Whether the record was used up and a device asked for, even if that failed.
+    [[nodiscard]] bool is_live() const { return went_live_; }
     // So many last answers do not count: a resumed session asks again. REQUIRES: writer, not live, `count` answers were replayed.
     void withdraw(std::size_t count);
 
@@ -42,6 +43,7 @@ private:
     GoLive go_live_;
     ProbeDevice* device_ = nullptr;
     std::size_t next_ = 0;
+    bool went_live_ = false;
     bool has_gap_ = false;  // the device moved, and its answer is not in the journal
     Point rest_;
 };

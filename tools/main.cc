@@ -1,6 +1,8 @@
 // The command line: parses, runs, maps errors to exit codes.
+#include <fcntl.h>
 #include <spdlog/sinks/stdout_color_sinks.h>
 #include <spdlog/spdlog.h>
+#include <unistd.h>
 
 #include <CLI/CLI.hpp>
 #include <iostream>
@@ -8,8 +10,16 @@
 #include "tools/commands.h"
 #include "tools/session_files.h"
 
+// A port that is opened must not become standard input, output or error because somebody had closed those.
+static void occupy_standard_streams() {
+    int file = 0;
+    while (file >= 0 && file <= STDERR_FILENO) file = open("/dev/null", O_RDWR);
+    if (file > STDERR_FILENO) close(file);
+}
+
 int main(int argc, char** argv) {
     using namespace palpate;
+    occupy_standard_streams();
     const auto log = spdlog::stderr_color_mt("palpate");
     log->set_pattern("%n: %^%l%$: %v");
     spdlog::set_default_logger(log);
@@ -48,7 +58,9 @@ int main(int argc, char** argv) {
     simulate_app->footer("Example: palpate simulate config/examples/bunny.yaml -o bunny --up y --set probing.epsilon=0.5");
 
     const auto add_up = [](CLI::App* command, std::string& axis) {
-        command->add_option("--up", axis, "Axis that points up in the picture")->check(CLI::IsMember({"x", "y", "z"}))->capture_default_str();
+        command->add_option("--up", axis, "Axis that points up in the picture")
+            ->check(CLI::IsMember({"x", "y", "z"}))
+            ->capture_default_str();
     };
     const auto add_yes = [](CLI::App* command, bool& yes) {
         command->add_flag("--yes", yes, "Agree in advance that the machine moves: for unattended use");

@@ -136,6 +136,16 @@ TEST_F(Journaling, AnotherRequestThanTheRecordedOneIsAnErrorThatSaysWhere) {
     }
 }
 
+TEST_F(Journaling, AMachineThatCannotBeBroughtBackIsNoPartOfTheRecord) {
+    JournalWriter writer = JournalWriter::create(file_, header_);
+    JournalingDevice device(Journal{header_}, &writer, [](const Point&) -> ProbeDevice& {
+        throw UnexpectedContact({0, 0, 1}, "the way back");
+    });
+    EXPECT_THROW((void)device.guarded_move({1, 0, 9}, Pace::travel), UnexpectedContact);
+    EXPECT_TRUE(device.is_live()) << "so that nobody takes it for a recorded touch";
+    EXPECT_TRUE(read_journal(file_).moves.empty());
+}
+
 TEST_F(Journaling, WithoutAMachineTheRecordHasToSuffice) {
     Journal record{header_};
     record.lines = 1;

@@ -55,6 +55,7 @@ public:
         ModbusDeviceOptions options;
         options.link = link();
         options.origin = kOrigin;
+        options.kinematics.retract_mm = 1.0;
         return options;
     }
     [[nodiscard]] std::unique_ptr<ModbusDevice> device(const std::stop_token& stop = {}) {

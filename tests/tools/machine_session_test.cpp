@@ -1,0 +1,425 @@
+// Sessions as a user runs them: the program itself, on a serial port behind which a virtual machine is, killed, stopped, unplugged and
+// resumed. The machine's own account says whether anything moved that must not.
+#include <fcntl.h>
+#include <gmock/gmock.h>
+#include <gtest/gtest.h>
+#include <signal.h>
+#include <sys/resource.h>
+#include <sys/wait.h>
+#include <unistd.h>
+
+#include <filesystem>
+#include <fstream>
+#include <nlohmann/json.hpp>
+#include <thread>
+
+#include "devices/journal.h"
+#include "sim/grbl_host.h"
+#include "sim/virtual_modbus.h"
+#include "tests/random.h"
+
+namespace palpate {
+namespace {
+
+namespace fs = std::filesystem;
+using namespace std::chrono_literals;
+using ::testing::HasSubstr;
+
+constexpr double kRadius = 5.0;
+const Point kOrigin(-60, -50, -40);  // machine coordinates of the sphere's centre
+const Point kAbove = kOrigin + Point(0, 0, 14);
+
+VirtualToolOptions axes() {
+    VirtualToolOptions options;
+    options.kinematics.retract_mm = 0.2;
+    options.origin = kOrigin;
+    options.start = kAbove;
+    options.limits = {kOrigin - Vector::Constant(16), Point::Zero()};
+    return options;
+}
+
+// A virtual machine on a serial port, and the object that it hides.
+class PortMachine {
+public:
+    PortMachine(const fs::path& link, VirtualGrblOptions options = {}, const VirtualToolOptions& axes = palpate::axes())
+        : object_(ShapeSpec{SphereSpec{kRadius}}),
+          tool_(object_, axes),
+          grbl_(tool_, with_home(std::move(options), axes)),
+          host_(grbl_, {link, GrblHostOptions::Time::fast, false}) {}
+
+    [[nodiscard]] GrblHost& host() { return host_; }
+    [[nodiscard]] VirtualToolAudit audit() {
+        VirtualToolAudit audit;
+        host_.with([&](VirtualGrbl&) { audit = tool_.audit(); });
+        return audit;
+    }
+    [[nodiscard]] std::uint64_t probes() {
+        std::uint64_t probes = 0;
+        host_.with([&](VirtualGrbl& grbl) { probes = grbl.counts().probes; });
+        return probes;
+    }
+    // As an operator does before homing a machine that has lost its position.
+    void move_out_by_hand() {
+        host_.with([&](VirtualGrbl&) {
+            if (!tool_.is_moving()) tool_.place(kAbove);
+        });
+    }
+
+private:
+    static VirtualGrblOptions with_home(VirtualGrblOptions options, const VirtualToolOptions& axes) {
+        options.homed_position = axes.start;
+        options.soft_limits = true;
+        return options;
+    }
+
+    HiddenObject object_;
+    VirtualTool tool_;
+    VirtualGrbl grbl_;
+    GrblHost host_;
+};
+
+class MachineSession : public ::testing::Test {
+protected:
+    MachineSession() {
+        std::string name = (fs::temp_directory_path() / "palpate_session_XXXXXX").string();
+        folder_ = mkdtemp(name.data());
+        write("part.yaml", "grbl: {port: " + port().string() + "}");
+    }
+    ~MachineSession() override { fs::remove_all(folder_); }
+
+    [[nodiscard]] fs::path port() const { return folder_ / "tty"; }
+    void write(const std::string& name, const std::string& connection) const {
+        std::ofstream(folder_ / name) << "machine:\n  " << connection << "\n"
+                                      << "  homing: run\n  origin: [-60, -50, -40]\n  limits: {min: [-15, -15, -15], max: [15, 15, 15]}\n"
+                                         "  retract: 0.2\nworkspace: {ball: {center: [0, 0, 0], radius: 7}}\n"
+                                         "probing: {epsilon: 2, reach: 4.9}\n";
+    }
+    [[nodiscard]] std::string read(const fs::path& file) const {
+        std::ifstream in(folder_ / file, std::ios::binary);
+        return {std::istreambuf_iterator<char>(in), std::istreambuf_iterator<char>()};
+    }
+
+    // A running palpate.
+    class Process {
+    public:
+        Process(const fs::path& folder, const std::vector<std::string>& words, rlim_t largest_file = RLIM_INFINITY) {
+            std::vector<std::string> all = words;
+            all.insert(all.begin(), PALPATE_EXECUTABLE);
+            std::vector<char*> argv;
+            for (std::string& word : all) argv.push_back(word.data());
+            argv.push_back(nullptr);
+            const std::string out = (folder / "out.txt").string();
+            id_ = fork();
+            if (id_ != 0) return;
+            // Only what may be called between fork and exec.
+            const int file = open(out.c_str(), O_WRONLY | O_CREAT | O_TRUNC, 0644);
+            dup2(file, STDOUT_FILENO);
+            dup2(file, STDERR_FILENO);
+            close(STDIN_FILENO);
+            if (largest_file != RLIM_INFINITY) {
+                signal(SIGXFSZ, SIG_IGN);
+                const rlimit limit{largest_file, largest_file};
+                setrlimit(RLIMIT_FSIZE, &limit);
+            }
+            if (chdir(folder.c_str()) == 0) execv(argv[0], argv.data());
+            _exit(127);
+        }
+        void send(int signal) const { kill(id_, signal); }
+        // Exit code; 128 and the signal if one ended it.
+        [[nodiscard]] int wait() {
+            int status = 0;
+            waitpid(id_, &status, 0);
+            return WIFEXITED(status) ? WEXITSTATUS(status) : 128 + WTERMSIG(status);
+        }
+
+    private:
+        pid_t id_ = 0;
+    };
+    [[nodiscard]] Process start(const std::vector<std::string>& words, rlim_t largest_file = RLIM_INFINITY) const {
+        return {folder_, words, largest_file};
+    }
+    int run(const std::vector<std::string>& words) const { return start(words).wait(); }
+    [[nodiscard]] std::vector<std::string> probe(const std::string& session) const {
+        return {"probe", "part.yaml", "-o", session, "--yes"};
+    }
+    [[nodiscard]] std::vector<std::string> resume(const std::string& session) const { return {"resume", session, "--yes"}; }
+
+    // An uninterrupted session, and what its machine had to do.
+    void run_reference(const VirtualGrblOptions& options = {}) {
+        PortMachine machine(port(), options);
+        ASSERT_EQ(run(probe("reference")), 0) << read("out.txt");
+        expect_safe(machine);
+        probes_ = machine.probes();
+        mesh_ = read("reference/mesh.ply");
+        moves_ = read_journal(folder_ / "reference/journal.jsonl").moves;
+        ASSERT_GT(probes_, 100U);
+    }
+    static void expect_safe(PortMachine& machine) {
+        const VirtualToolAudit audit = machine.audit();
+        EXPECT_EQ(audit.unguarded_moves, 0U);
+        EXPECT_EQ(audit.outside_limits, 0U);
+        EXPECT_EQ(audit.unsafe_moves, 0U);
+    }
+    // The same mesh, from the same answers to the same questions: nothing lost, nothing false, nothing asked twice.
+    void expect_same(const std::string& session) const {
+        EXPECT_EQ(read(session + "/mesh.ply"), mesh_);
+        const Journal journal = read_journal(folder_ / session / "journal.jsonl");
+        ASSERT_EQ(journal.moves.size(), moves_.size());
+        for (std::size_t k = 0; k < moves_.size(); ++k) {
+            ASSERT_EQ(journal.moves[k].target, moves_[k].target) << k;
+            ASSERT_EQ(journal.moves[k].result.outcome, moves_[k].result.outcome) << k;
+            ASSERT_EQ(journal.moves[k].result.position, moves_[k].result.position) << k;
+        }
+    }
+
+    fs::path folder_;
+    std::uint64_t probes_ = 0;
+    std::string mesh_;
+    std::vector<JournalMove> moves_;
+};
+
+TEST_F(MachineSession, FindsTheSameTopologyOnEveryMachine) {
+    for (const GrblDialect dialect : {GrblDialect::grbl, GrblDialect::grblhal}) {
+        VirtualGrblOptions options;
+        options.dialect = dialect;
+        options.locked = true;  // homing is on its way
+        PortMachine machine(port(), options);
+        const std::string session = dialect == GrblDialect::grbl ? "grbl" : "grblhal";
+        ASSERT_EQ(run(probe(session)), 0) << read("out.txt");
+        expect_safe(machine);
+    }
+    const HiddenObject object(ShapeSpec{SphereSpec{kRadius}});
+    for (const bool serial : {false, true}) {
+        VirtualModbusOptions options;
+        options.tool = axes();
+        options.speedup = 500;
+        std::variant<VirtualModbusTcp, VirtualModbusSerial> where = VirtualModbusTcp{};
+        if (serial) where = VirtualModbusSerial{folder_ / "line"};
+        VirtualModbus modbus(object, options, where);
+        const auto link = modbus.link().where;
+        write("modbus.yaml", serial ? "modbus: {rtu: {path: " + (folder_ / "line").string() + ", baud: 115200}}"
+                                    : "modbus: {tcp: {host: 127.0.0.1, port: " + std::to_string(std::get<ModbusTcp>(link).port) + "}}");
+        const std::string session = serial ? "rtu" : "tcp";
+        ASSERT_EQ(run({"probe", "modbus.yaml", "-o", session, "--yes", "--set", "probing.epsilon=3"}), 0) << read("out.txt");
+        const VirtualToolAudit audit = modbus.with_controller([](const VirtualModbusController& c) { return c.tool().audit(); });
+        EXPECT_EQ(audit.unguarded_moves + audit.outside_limits + audit.unsafe_moves, 0U);
+    }
+    for (const char* session : {"grbl", "grblhal", "tcp", "rtu"}) {
+        const auto summary = nlohmann::json::parse(read(fs::path(session) / "summary.json"));
+        EXPECT_EQ(summary.at("euler_characteristic"), 2) << session;
+        EXPECT_EQ(summary.at("components"), 1) << session;
+        EXPECT_EQ(summary.at("boundary_edges"), 0) << session;
+        EXPECT_EQ(summary.at("nonmanifold_edges"), 0) << session;
+        EXPECT_NE(summary.at("certificate").at("status"), "refuted") << session;
+        // Every touch lies on the sphere, up to resolution and rounding both ways.
+        std::istringstream touches(read(fs::path(session) / "touches.csv"));
+        std::string line;
+        std::getline(touches, line);
+        while (std::getline(touches, line)) {
+            std::istringstream fields(line);
+            std::string field;
+            Point p;
+            std::getline(fields, field, ',');
+            for (int axis = 0; axis < 3; ++axis) {
+                std::getline(fields, field, ',');
+                p[axis] = std::stod(field);
+            }
+            ASSERT_NEAR(p.norm(), kRadius, 0.003) << session << ": " << line;
+        }
+    }
+    EXPECT_EQ(read("grbl/mesh.ply"), read("grblhal/mesh.ply"));
+}
+
+TEST_F(MachineSession, KilledAHundredTimesAtRandomMomentsItEndsWithTheSameMesh) {
+    constexpr std::uint64_t kSeed = 2026;
+    constexpr int kKills = 100;
+    SCOPED_TRACE(seed_text(kSeed));
+    Random random(kSeed);
+    const auto begin = std::chrono::steady_clock::now();
+    ASSERT_NO_FATAL_FAILURE(run_reference());
+    const std::chrono::duration<double> whole = std::chrono::steady_clock::now() - begin;
+    int kills = 0;
+    for (int session = 0; kills < kKills; ++session) {
+        PortMachine machine(port());
+        const std::string name = "killed_" + std::to_string(session);
+        std::uint64_t resumptions = 0;
+        for (bool is_first = true;; is_first = false) {
+            Process process = start(is_first || !fs::exists(folder_ / name / "journal.jsonl") ? probe(name) : resume(name));
+            const bool ends = kills >= kKills || resumptions > 12;
+            if (!ends) {
+                std::this_thread::sleep_for(random.uniform(0, 0.6) * whole);
+                process.send(SIGKILL);
+            }
+            const int code = process.wait();
+            if (code == 0) break;
+            ASSERT_EQ(code, 128 + SIGKILL) << read("out.txt");
+            ++kills;
+            ++resumptions;
+            // A session that was killed before it began has only a configuration.
+            if (!fs::exists(folder_ / name / "journal.jsonl")) {
+                fs::remove_all(folder_ / name);
+            } else if (fs::file_size(folder_ / name / "journal.jsonl") == 0) {
+                fs::remove_all(folder_ / name);
+            }
+        }
+        expect_same(name);
+        expect_safe(machine);
+        // Besides the answers that were lost with the process, only confirmations were touched again.
+        const Journal journal = read_journal(folder_ / name / "journal.jsonl");
+        EXPECT_LE(journal.resumptions, resumptions);
+        ASSERT_FALSE(HasFailure()) << name;
+    }
+    EXPECT_GE(kills, kKills);
+}
+
+TEST_F(MachineSession, UnpluggedResetAlarmedOrSilentItIsResumedAndEndsWithTheSameMesh) {
+    constexpr std::uint64_t kSeed = 7;
+    SCOPED_TRACE(seed_text(kSeed));
+    Random random(kSeed);
+    ASSERT_NO_FATAL_FAILURE(run_reference());
+    using Kind = VirtualFault::Kind;
+    std::vector<VirtualFault> faults;
+    for (const Kind kind : {Kind::hang_up, Kind::press_reset}) faults.push_back({kind, VirtualFault::When::probe, 0, 0, {}});
+    for (const double alarm : {1.0, 2.0, 3.0, 4.0, 5.0, 6.0, 8.0, 9.0})
+        faults.push_back({Kind::alarm, VirtualFault::When::probe, 0, alarm, {}});
+    for (VirtualFault fault : faults) {
+        fault.at = 1 + static_cast<double>(random.below(probes_));
+        SCOPED_TRACE("fault " + std::to_string(static_cast<int>(fault.kind)) + ", alarm " + std::to_string(fault.argument) + ", at probe " +
+                     std::to_string(fault.at));
+        VirtualGrblOptions options;
+        options.faults = {fault};
+        PortMachine machine(port(), options);
+        const std::string name =
+            "fault_" + std::to_string(static_cast<int>(fault.kind)) + "_" + std::to_string(static_cast<int>(fault.argument));
+        ASSERT_EQ(run(probe(name)), 3) << read("out.txt");
+        EXPECT_THAT(read("out.txt"), HasSubstr("palpate resume " + name));
+        if (fault.kind == Kind::hang_up) machine.host().plug_in();
+        if (fault.kind != Kind::hang_up) machine.move_out_by_hand();
+        ASSERT_EQ(run(resume(name)), 0) << read("out.txt");
+        expect_same(name);
+        expect_safe(machine);
+    }
+}
+
+TEST_F(MachineSession, StoppedByTheOperatorItGoesBackAndIsResumed) {
+    ASSERT_NO_FATAL_FAILURE(run_reference());
+    for (const int signal : {SIGINT, SIGTERM}) {
+        PortMachine machine(port());
+        const std::string name = "stopped_" + std::to_string(signal);
+        Process process = start(probe(name));
+        while (machine.probes() < probes_ / 2) std::this_thread::sleep_for(1ms);
+        process.send(signal);
+        EXPECT_EQ(process.wait(), 3);
+        EXPECT_THAT(read("out.txt"), HasSubstr("stopped"));
+        EXPECT_EQ(run(resume(name)), 0) << read("out.txt");
+        expect_same(name);
+        expect_safe(machine);
+    }
+}
+
+TEST_F(MachineSession, AFullDiskEndsResumable) {
+    ASSERT_NO_FATAL_FAILURE(run_reference());
+    PortMachine machine(port());
+    ASSERT_EQ(start(probe("full"), 20'000).wait(), 3) << read("out.txt");
+    EXPECT_THAT(read("out.txt"), HasSubstr("journal.jsonl: cannot be written"));
+    ASSERT_EQ(run(resume("full")), 0) << read("out.txt");
+    expect_same("full");
+    expect_safe(machine);
+}
+
+TEST_F(MachineSession, AFinishedSessionIsReplayedByteForByteWithoutAMachine) {
+    ASSERT_NO_FATAL_FAILURE(run_reference());
+    const std::vector<std::string> files = {"mesh.ply", "summary.json", "touches.csv", "picture.png"};
+    std::vector<std::string> before;
+    for (const std::string& file : files) {
+        before.push_back(read("reference/" + file));
+        fs::remove(folder_ / "reference" / file);
+    }
+    ASSERT_EQ(run({"resume", "--replay", "reference"}), 0) << read("out.txt");
+    for (std::size_t k = 0; k < files.size(); ++k) EXPECT_EQ(read("reference/" + files[k]), before[k]) << files[k];
+    EXPECT_EQ(run(resume("reference")), 2) << "it is finished";
+    // Another configuration does not fit the journal.
+    std::ofstream(folder_ / "reference/config.yaml", std::ios::app) << "# changed\n";
+    EXPECT_EQ(run({"resume", "--replay", "reference"}), 2);
+    EXPECT_THAT(read("out.txt"), HasSubstr("config.yaml: was changed"));
+}
+
+TEST_F(MachineSession, ASecondProcessIsRefusedOnThePortAndOnTheSession) {
+    PortMachine machine(port());
+    Process first = start(probe("mine"));
+    while (machine.probes() < 20) std::this_thread::sleep_for(1ms);
+    EXPECT_EQ(run(probe("other")), 3);
+    EXPECT_THAT(read("out.txt"), HasSubstr("in use by another process"));
+    EXPECT_FALSE(fs::exists(folder_ / "other/config.yaml")) << "a session that never began is not in the way";
+    EXPECT_EQ(run(resume("mine")), 3);
+    EXPECT_THAT(read("out.txt"), HasSubstr("another process runs this session"));
+    EXPECT_EQ(first.wait(), 0);
+    expect_safe(machine);
+}
+
+TEST_F(MachineSession, APartThatMovedMeanwhileIsNoticedBeforeAnythingElse) {
+    {
+        PortMachine machine(port());
+        Process process = start(probe("moved"));
+        while (machine.probes() < 100) std::this_thread::sleep_for(1ms);
+        process.send(SIGKILL);
+        (void)process.wait();
+    }
+    const std::size_t before = read_journal(folder_ / "moved/journal.jsonl").moves.size();
+    VirtualToolOptions elsewhere = axes();
+    elsewhere.origin += Vector(0.25, 0.25, 0.25);
+    PortMachine machine(port(), {}, elsewhere);
+    EXPECT_EQ(run(resume("moved")), 3);
+    EXPECT_THAT(read("out.txt"), ::testing::AnyOf(HasSubstr("has moved"), HasSubstr("where space was proven free")));
+    EXPECT_EQ(read_journal(folder_ / "moved/journal.jsonl").moves.size(), before) << "nothing false was recorded";
+    expect_safe(machine);
+}
+
+TEST_F(MachineSession, FalseTriggersAndBouncesLeaveTheTopologyAsItIs) {
+    for (const std::uint64_t seed : {1U, 2U, 3U}) {
+        VirtualGrblOptions options;
+        options.spurious_rate = 0.01;
+        options.bounce_rate = 0.02;
+        options.seed = seed;
+        PortMachine machine(port(), options);
+        const std::string name = "noisy_" + std::to_string(seed);
+        ASSERT_EQ(run(probe(name)), 0) << read("out.txt");
+        const auto summary = nlohmann::json::parse(read(fs::path(name) / "summary.json"));
+        EXPECT_EQ(summary.at("euler_characteristic"), 2);
+        EXPECT_EQ(summary.at("boundary_edges"), 0);
+        EXPECT_EQ(summary.at("nonmanifold_edges"), 0);
+        EXPECT_GT(summary.at("machine").at("events").at("spurious_trigger").get<int>(), 0);
+        expect_safe(machine);
+    }
+}
+
+TEST_F(MachineSession, NothingMovesWithoutConsent) {
+    PortMachine machine(port());
+    EXPECT_EQ(run({"probe", "part.yaml", "-o", "unasked"}), 2);
+    EXPECT_THAT(read("out.txt"), HasSubstr("--yes"));
+    EXPECT_EQ(run({"touch", "part.yaml", "--from", "0,0,12", "--to", "0,0,0"}), 2);
+    EXPECT_EQ(run({"check", "part.yaml"}), 0) << read("out.txt");
+    EXPECT_THAT(read("out.txt"), HasSubstr("nothing has moved"));
+    EXPECT_EQ(machine.audit().moves, 0U);
+    EXPECT_EQ(run({"touch", "part.yaml", "--from", "0,0,12", "--to", "0,0,0", "--yes"}), 0) << read("out.txt");
+    EXPECT_THAT(read("out.txt"), HasSubstr("contact at 0, 0, 5"));
+    EXPECT_EQ(run({"touch", "part.yaml", "--from", "0,0,12", "--to", "0,0,99", "--yes"}), 3);
+    EXPECT_THAT(read("out.txt"), HasSubstr("limits"));
+    expect_safe(machine);
+}
+
+TEST_F(MachineSession, ASessionThatCannotBeginSaysWhyAndLeavesNothing) {
+    EXPECT_EQ(run(probe("no_port")), 3);
+    EXPECT_THAT(read("out.txt"), HasSubstr("palpate ports"));
+    EXPECT_FALSE(fs::exists(folder_ / "no_port/config.yaml"));
+    EXPECT_EQ(run({"probe", "part.yaml", "-o", "x", "--yes", "--set", "machine.feeds.travel=90"}), 2);
+    EXPECT_THAT(read("out.txt"), HasSubstr("overtravel"));
+    EXPECT_EQ(run({"probe", "part.yaml", "-o", "x", "--yes", "--set", "probing.epsilon=0.01"}), 2);
+    EXPECT_EQ(run({"probe", "part.yaml", "-o", "x", "--yes", "--set", "workspace=auto"}), 2);
+    EXPECT_EQ(run({"probe", "part.yaml", "-o", "x", "--yes", "--set", "workspace={ball: {center: [0, 0, 0], radius: 15}}"}), 2);
+    EXPECT_THAT(read("out.txt"), HasSubstr("machine.limits"));
+    EXPECT_EQ(run({"resume", "x"}), 2);
+}
+
+}  // namespace
+}  // namespace palpate
