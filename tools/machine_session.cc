@@ -127,13 +127,29 @@ MachineRun start_session(const SessionConfig& config, const std::filesystem::pat
     return finish(plan_on(journal, config, workspace, host), writer);
 }
 
+MachineRun replay_session(const SessionConfig& config, const std::filesystem::path& folder, const SessionHost& host) {
+    const Workspace workspace = machine_workspace(config);
+    Journal record = read_journal(folder / kJournal);
+    check_config(record, folder);
+    if (!record.end) throw SetupError(folder.string() + ": this session is not finished; resume it without --replay");
+    const JournalEnd end = *record.end;
+    JournalingDevice journal(std::move(record), nullptr, {});
+    MachineRun run = plan_on(journal, config, workspace, host);
+    run.planner_seconds = end.planner_seconds;
+    run.oracle_seconds = end.oracle_seconds;
+    return run;
+}
+
 MachineRun resume_session(const SessionConfig& config, const std::filesystem::path& folder, const SessionHost& host) {
     const Workspace workspace = machine_workspace(config);
     JournalWriter writer(folder / kJournal);
     std::optional<GuardedMachine> guarded;
     for (bool again = false;; again = true) {
         Journal record = writer.read();
-        if (record.end) throw SetupError(folder.string() + ": this session is finished; --replay makes its files again");
+        if (record.end) {
+            host.say("this session is finished; its files are made again from its journal");
+            return replay_session(config, folder, host);
+        }
         check_config(record, folder);
         if (record.dropped_bytes > 0) host.say("the last line of the journal was torn and is dropped: that move is made again");
         std::uint64_t resumptions = record.resumptions;
@@ -158,19 +174,6 @@ MachineRun resume_session(const SessionConfig& config, const std::filesystem::pa
             journal.withdraw(contact.moves());
         }
     }
-}
-
-MachineRun replay_session(const SessionConfig& config, const std::filesystem::path& folder, const SessionHost& host) {
-    const Workspace workspace = machine_workspace(config);
-    Journal record = read_journal(folder / kJournal);
-    check_config(record, folder);
-    if (!record.end) throw SetupError(folder.string() + ": this session is not finished; resume it without --replay");
-    const JournalEnd end = *record.end;
-    JournalingDevice journal(std::move(record), nullptr, {});
-    MachineRun run = plan_on(journal, config, workspace, host);
-    run.planner_seconds = end.planner_seconds;
-    run.oracle_seconds = end.oracle_seconds;
-    return run;
 }
 
 }  // namespace palpate

@@ -37,7 +37,8 @@ struct SessionHost {
 // A new session in a folder that holds its config.yaml; makes journal.jsonl there. Throws DeviceError on a fault, after which the session
 // can be resumed if the journal was begun, and what probe_surface throws.
 [[nodiscard]] MachineRun start_session(const SessionConfig& config, const std::filesystem::path& folder, const SessionHost& host);
-// Takes up a session where its journal ends: replays it, brings the tool back, touches a known place again, and goes on.
+// Takes up a session where its journal ends: replays it, brings the tool back, touches a known place again, and goes on. One that is
+// finished is replayed.
 [[nodiscard]] MachineRun resume_session(const SessionConfig& config, const std::filesystem::path& folder, const SessionHost& host);
 // The same result again, from the journal of a session that was finished.
 [[nodiscard]] MachineRun replay_session(const SessionConfig& config, const std::filesystem::path& folder, const SessionHost& host);

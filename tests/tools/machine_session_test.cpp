@@ -337,7 +337,9 @@ TEST_F(MachineSession, AFinishedSessionIsReplayedByteForByteWithoutAMachine) {
     }
     ASSERT_EQ(run({"resume", "--replay", "reference"}), 0) << read("out.txt");
     for (std::size_t k = 0; k < files.size(); ++k) EXPECT_EQ(read("reference/" + files[k]), before[k]) << files[k];
-    EXPECT_EQ(run(resume("reference")), 2) << "it is finished";
+    fs::remove(folder_ / "reference/mesh.ply");
+    EXPECT_EQ(run(resume("reference")), 0) << "it is finished, but perhaps killed before all was written";
+    EXPECT_EQ(read("reference/mesh.ply"), before[0]);
     // Another configuration does not fit the journal.
     std::ofstream(folder_ / "reference/config.yaml", std::ios::app) << "# changed\n";
     EXPECT_EQ(run({"resume", "--replay", "reference"}), 2);
