@@ -93,7 +93,8 @@ std::optional<Message> Controller::next(std::chrono::nanoseconds until) {
 std::optional<Place> Controller::note(const Status& status) {
     const double unit = unit_mm();
     if (status.offset) work_offset_ = unit * *status.offset;
-    Place place{status.state, status.substate, Point::Zero(), status.probe_closed, status.probe_unplugged, status.homed};
+    if (status.homed) homed_ = status.homed;
+    Place place{status.state, status.substate, Point::Zero(), status.probe_closed, status.probe_unplugged, homed_};
     if (status.machine) {
         place.position = unit * *status.machine;
     } else if (work_offset_) {
@@ -179,9 +180,27 @@ void Controller::connect() {
         throw DeviceTimeout("nothing that speaks GRBL answers on " + link_.name() +
                             ": is it the right port (palpate ports), is machine.grbl.baud right, is the machine on?" + link_.history());
     }
+    // Lines are heard at a standstill only.
+    const std::string state = wait_for_standstill(kLongestMove).state;
+    if (state == "Check") {
+        throw DeviceRefused(0, "the machine on " + link_.name() + " is in check mode, in which nothing moves: leave it with $C");
+    }
+    if (state == "Door" || state == "Sleep") {
+        throw DeviceAlarm(0, "the machine on " + link_.name() + " says " + state + ": close the door or wake it, then go on");
+    }
+    // A hold that an earlier host left, or an alarm out of which may lead nothing else; a reset at a standstill keeps the position.
+    if (state == "Hold" || state == "Alarm") reset();
     // An error that was never acknowledged would answer everything that follows on grblHAL.
     link_.send("");
     link_.drain(kQuiet);
+    read_identity();
+    work_offset_.reset();  // what came until now was in units not known then
+    for (int k = 0; k < kReportsWithOffset && !work_offset_; ++k) (void)place();
+    if (!work_offset_) fail_silent("a status report with the work offset (WCO)");
+    state_ = place().state == "Alarm" ? State::locked : State::idle;
+}
+
+void Controller::read_identity() {
     const auto has_settings = [](const Message& m) { return is<Setting>(m); };
     for (const Message& message : ask("$$", has_settings, kAnswerTime)) {
         if (const auto* setting = std::get_if<Setting>(&message)) identity_.settings[setting->number] = setting->value;
@@ -192,21 +211,6 @@ void Controller::connect() {
             const std::string& version = std::get<Feedback>(message).text;
             identity_.version = identity_.version.empty() ? "Grbl " + version : identity_.version + " (" + version + ")";
         }
-    }
-    const Place place = wait_for_standstill(kLongestMove);
-    for (int k = 0; k < kReportsWithOffset && !work_offset_; ++k) (void)this->place();
-    if (!work_offset_) fail_silent("a status report with the work offset (WCO)");
-    if (place.state == "Check") {
-        throw DeviceRefused(0, "the machine on " + link_.name() + " is in check mode, in which nothing moves: leave it with $C");
-    }
-    if (place.state == "Door" || place.state == "Sleep") {
-        throw DeviceAlarm(0, "the machine on " + link_.name() + " says " + place.state + ": close the door or wake it, then go on");
-    }
-    state_ = place.state == "Alarm" ? State::locked : State::idle;
-    if (place.state == "Hold") {
-        // A hold that an earlier host left; at a standstill a reset keeps the position.
-        reset();
-        state_ = this->place().state == "Alarm" ? State::locked : State::idle;
     }
 }
 
@@ -279,6 +283,7 @@ void Controller::home() {
         // An older command's `ok` may come first: the machine itself says whether it has homed.
         const Place place = wait_for_standstill(kHomingTime);
         if (place.state != "Idle") continue;
+        homed_ = true;
         state_ = State::idle;
         return;
     }

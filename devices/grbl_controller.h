@@ -9,7 +9,7 @@
 
 #include <functional>
 #include <map>
-#include <stop_token>
+#include <optional>
 #include <string>
 #include <vector>
 
@@ -34,7 +34,7 @@ struct Place {
     Point position = Point::Zero();
     bool probe_closed = false;
     bool probe_unplugged = false;
-    std::optional<bool> homed;  // where the firmware says so
+    std::optional<bool> homed;  // where the firmware says so; as of the last report that did
 };
 
 // Every call throws ConnectionLost, DeviceTimeout (with what was awaited and the last lines both ways), DeviceAlarm, or PositionLost
@@ -85,6 +85,7 @@ private:
     std::vector<Message> ask(const std::string& line, const std::function<bool(const Message&)>& is_answer,
                              std::chrono::milliseconds timeout);
     [[nodiscard]] bool wait_for_first_status();
+    void read_identity();
     [[nodiscard]] Place wait_for_standstill(std::chrono::nanoseconds longest);
     void reset();
     void wait_for_banner();
@@ -94,6 +95,7 @@ private:
     State state_ = State::connecting;
     Identity identity_;
     std::optional<Point> work_offset_;
+    std::optional<bool> homed_;
 };
 
 }  // namespace palpate::grbl
