@@ -30,6 +30,11 @@ constexpr auto kSettling = 500ms;
 constexpr int kMaxBounces = 20;
 // An answer may lie beside the way by that many steps or last digits: both ends and the touch are rounded.
 constexpr double kRoundings = 3.0;
+// Half the diagonal of a cell of steps, in steps: as far may be what a machine reaches from what it was told.
+constexpr double kHalfDiagonal = 0.8661;
+// mm: the last digit of positions that are reported in millimetres, and in inches.
+constexpr double kLastDigit = 0.001;
+constexpr double kLastInchDigit = 0.0001;
 constexpr std::array<int, 3> kStepsPerMm = {100, 101, 102};
 constexpr double kSecondsPerMinute = 60.0;
 
@@ -88,13 +93,27 @@ void GrblDevice::make_ready() {
     last_ = controller_.last_probe();
 }
 
-double GrblDevice::tolerance() const {
+double GrblDevice::step() const {
     double step = options_.kinematics.resolution_mm;
     for (const int setting : kStepsPerMm) {
         const auto steps = controller_.identity().number(setting);
         if (steps && *steps > 0) step = std::max(step, 1 / *steps);
     }
-    return kRoundings * step;
+    return step;
+}
+
+double GrblDevice::last_digit() const {
+    const double unit = controller_.unit_mm();
+    return unit == 1.0 ? kLastDigit : kLastInchDigit * unit;
+}
+
+double GrblDevice::tolerance() const { return kRoundings * std::max(step(), last_digit()); }
+
+bool GrblDevice::is_at(const Point& target) const {
+    const double resolution = options_.kinematics.resolution_mm;
+    const bool is_exact = step() <= resolution && last_digit() <= resolution;
+    const double doubt = is_exact ? resolution / 2 : kHalfDiagonal * (step() + last_digit());
+    return (target - position_).norm() < doubt;
 }
 
 Point GrblDevice::rounded(const Point& machine) const {
@@ -110,10 +129,11 @@ MoveResult GrblDevice::guarded_move(const Point& target, Pace pace) {
         throw PositionLost(std::string("the machine on ") + controller_.link().name() + " is " + to_string(controller_.state()) +
                            " since its last fault: nothing moves before a new connection");
     }
+    if (!target.allFinite()) throw DeviceError("the target " + text(target) + " of a move is not finite: give three numbers in mm");
     const Point start = position_;
     const Point goal = rounded(target + options_.origin);
     // Grbl refuses a move to where it is (error:33).
-    if ((goal - start).norm() < options_.kinematics.resolution_mm / 2) return {MoveResult::Outcome::reached, target};
+    if (is_at(goal)) return {MoveResult::Outcome::reached, target};
     const ProbeEnd end = run_probe("G38.3", goal, options_.kinematics.feeds.of(pace));
     position_ = end.place.position;
     MoveResult result;
@@ -266,7 +286,7 @@ void GrblDevice::back_off(const Point& target) {
     Place place = controller_.place();
     for (int bounces = 0;; ++bounces) {
         position_ = place.position;
-        const bool is_there = (target - position_).norm() < options_.kinematics.resolution_mm / 2;
+        const bool is_there = is_at(target);
         if (is_there && (!place.probe_closed || opens_soon())) return;
         if (is_there || bounces == kMaxBounces) break;
         try {

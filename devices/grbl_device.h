@@ -70,8 +70,14 @@ private:
     // Whether a probe that is closed where nothing should be was only bouncing.
     [[nodiscard]] bool opens_soon();
     [[nodiscard]] Point rounded(const Point& machine) const;
+    // mm: the longest step of an axis, and the last digit of what the machine reports.
+    [[nodiscard]] double step() const;
+    [[nodiscard]] double last_digit() const;
     // mm: how exactly the machine can say where it is.
     [[nodiscard]] double tolerance() const;
+    // Whether the tool is at that machine position, as far as the machine can tell. Steps that are coarser than what it was told, and
+    // digits that are coarser than its steps (inches), keep it from saying so exactly.
+    [[nodiscard]] bool is_at(const Point& target) const;
 
     grbl::Controller controller_;
     const GrblOptions options_;

@@ -1,6 +1,8 @@
 // The driver and a machine that does what it should: one test or more for each row of DEVICES section 1 that a driver meets.
 #include "devices/grbl_device.h"
 
+#include <cmath>
+
 #include "tests/devices/grbl_support.h"
 
 namespace palpate {
@@ -205,12 +207,20 @@ TEST_P(GrblDeviceTest, AMoveThatTouchesNothingReaches) {
 
 // "33 target equals position"
 TEST_P(GrblDeviceTest, AMoveOfNoLengthSendsNothing) {
-    const auto lines = [&] { return grbl->counts().lines; };
     ready();
-    const auto before = lines();
+    const auto lines = grbl->counts().lines;
     const Point target(20.0002, 0, 0);
     EXPECT_EQ(device->guarded_move(target, Pace::probe), (MoveResult{Outcome::reached, target, {}}));
-    EXPECT_EQ(lines(), before);
+    EXPECT_EQ(grbl->counts().lines, lines);
+}
+
+TEST_P(GrblDeviceTest, AMoveToWhereNoNumberIsIsNotSent) {
+    ready();
+    const auto lines = grbl->counts().lines;
+    EXPECT_THROW((void)device->guarded_move({20, 0, std::nan("")}, Pace::travel), DeviceError);
+    EXPECT_THROW((void)device->guarded_move({20, HUGE_VAL, 0}, Pace::travel), DeviceError);
+    EXPECT_EQ(grbl->counts().lines, lines);
+    EXPECT_EQ(device->guarded_move({20, 5, 0}, Pace::travel).outcome, Outcome::reached) << "nothing is lost";
 }
 
 TEST_P(GrblDeviceTest, EveryPaceHasItsFeed) {
@@ -235,6 +245,46 @@ TEST_P(GrblDeviceTest, WorkCoordinatesAndTheirOffsetAreFollowed) {
         expect_touch(device->guarded_move({0, 0, 0}, Pace::probe), {kRadius, 0, 0});
         EXPECT_EQ(device->guarded_move({15, 5, 5}, Pace::probe).outcome, Outcome::reached);
         EXPECT_NEAR((tool_at() - Point(15, 5, 5)).norm(), 0, kMicrometre);
+    }
+}
+
+// "$13=1: MPos and PRB in inches whatever G20/G21 say"
+TEST_P(GrblDeviceTest, AMachineThatReportsInchesIsUnderstood) {
+    constexpr double kInchDigit = 0.00254;  // mm: the last digit that it says
+    options.report_inches = true;
+    options.work_offset = Point(-7, 11.5, 0.25);
+    for (const int mask : {0, 1}) {
+        options.status_mask = mask;
+        power_on();
+        EXPECT_NEAR((ready().position() - Point(20, 0, 0)).norm(), 0, kInchDigit);
+        const Point off(12.3456, 7, 0);
+        ASSERT_EQ(device->guarded_move(off, Pace::probe).outcome, Outcome::reached);
+        EXPECT_NEAR((tool_at() - off).norm(), 0, kInchDigit);
+        const auto probes = grbl->counts().probes;
+        EXPECT_EQ(device->guarded_move(off, Pace::probe).outcome, Outcome::reached);
+        EXPECT_EQ(grbl->counts().probes, probes) << "a move of no length";
+        const MoveResult result = device->guarded_move({0, 0, 0}, Pace::probe);
+        EXPECT_EQ(result.outcome, Outcome::contact);
+        EXPECT_NEAR((result.position - kRadius * off.normalized()).norm(), 0, kInchDigit);
+        EXPECT_NEAR((tool_at() - (kRadius + device_options.kinematics.retract_mm) * off.normalized()).norm(), 0, kInchDigit);
+    }
+}
+
+// Hobby machines have 80 to 400 steps per millimetre; what they reach is not what they were told.
+TEST_P(GrblDeviceTest, AMachineOfCoarseStepsIsUnderstood) {
+    for (const double steps : {80.0, 250.0, 400.0}) {
+        tool_options.kinematics.resolution_mm = 1.0 / steps;
+        power_on();
+        ready();
+        const Point off(12.3456, 7.0111, 0.0017);
+        ASSERT_EQ(device->guarded_move(off, Pace::probe).outcome, Outcome::reached);
+        EXPECT_NEAR((device->position() - off).norm(), 0, 1.0 / steps);
+        const auto lines = grbl->counts().lines;
+        EXPECT_EQ(device->guarded_move(off, Pace::probe).outcome, Outcome::reached);
+        EXPECT_EQ(grbl->counts().lines, lines) << "a move of no length";
+        const MoveResult result = device->guarded_move({0, 0, 0}, Pace::probe);
+        EXPECT_EQ(result.outcome, Outcome::contact);
+        EXPECT_NEAR((result.position - kRadius * off.normalized()).norm(), 0, 2.0 / steps);
     }
 }
 
