@@ -214,7 +214,13 @@ void Controller::read_identity() {
     }
 }
 
+void Controller::drop_what_came() {
+    while (next(link_.now())) {
+    }
+}
+
 Place Controller::place() {
+    drop_what_came();  // a report that was asked for earlier says where the tool was then
     const auto until = link_.now() + kAnswerTime;
     while (link_.now() < until) {
         link_.send_realtime(kAskStatus);
@@ -263,13 +269,23 @@ void Controller::reset() {
 
 void Controller::stop() {
     if (state_ != State::probing && state_ != State::hold) return;
-    link_.send_realtime(kFeedHold);
-    const Place place = wait_for_standstill(kLongestMove);
+    const auto until = link_.now() + kLongestMove;
+    Place place;
+    do {
+        if (link_.now() > until) fail_silent("the end of a motion");
+        link_.send_realtime(kFeedHold);
+        place = this->place();
+        // A hold that got lost on the wire is sent again until the tool slows down.
+        while (is_moving(place) && place.state != "Run" && link_.now() < until) {
+            (void)next(link_.now() + kPollInterval);
+            place = this->place();
+        }
+    } while (is_moving(place));
     state_ = State::hold;
     // Also a probing move that ended by itself may leave its `ok` behind: only a reset tells old answers from new ones.
     reset();
     state_ = this->place().state == "Alarm" ? State::locked : State::idle;
-    if (state_ == State::locked && place.state == "Hold") {
+    if (state_ == State::locked && place.state != "Alarm") {
         throw PositionLost("the machine on " + link_.name() + " locked itself when it was stopped: home it, then resume" + link_.history());
     }
 }
@@ -307,6 +323,7 @@ ProbeReport Controller::last_probe() {
 }
 
 void Controller::begin(const std::string& line) {
+    drop_what_came();
     state_ = State::probing;
     link_.send(line);
 }

@@ -65,7 +65,7 @@ public:
     // From the units of reports to mm.
     [[nodiscard]] double unit_mm() const;
 
-    // For who sends motion. Sends a line and says that its answer is due.
+    // For who sends motion. Sends a line and says that its answer is due; what came before it is none.
     void begin(const std::string& line);
     // The answer has come, or never will.
     void end() { state_ = State::idle; }
@@ -86,6 +86,7 @@ private:
                              std::chrono::milliseconds timeout);
     [[nodiscard]] bool wait_for_first_status();
     void read_identity();
+    void drop_what_came();
     [[nodiscard]] Place wait_for_standstill(std::chrono::nanoseconds longest);
     void reset();
     void wait_for_banner();

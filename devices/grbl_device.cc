@@ -26,6 +26,8 @@ constexpr auto kMoreTime = 5s;
 constexpr auto kSilence = 3s;
 // A contact that bounces, or a spark on its lead, is over by then.
 constexpr auto kSettling = 500ms;
+// A spark that stopped the tool just as it began to move has to be over before the probe is asked whether it holds.
+constexpr auto kSpark = 10ms;
 // A probe that bounces opens and closes a few times within some hundredths; one that is not free after so many steps back is stuck.
 constexpr int kMaxBounces = 20;
 // An answer may lie beside the way by that many steps or last digits: both ends and the touch are rounded.
@@ -134,7 +136,7 @@ MoveResult GrblDevice::guarded_move(const Point& target, Pace pace) {
     const Point goal = rounded(target + options_.origin);
     // Grbl refuses a move to where it is (error:33).
     if (is_at(goal)) return {MoveResult::Outcome::reached, target};
-    const ProbeEnd end = run_probe("G38.3", goal, options_.kinematics.feeds.of(pace));
+    const ProbeEnd end = run_probe("G38.3", goal, options_.kinematics.feeds.of(pace), OnStop::go_back);
     position_ = end.place.position;
     MoveResult result;
     result.position = end.report.contact ? Point(end.report.position - options_.origin) : target;
@@ -146,14 +148,14 @@ MoveResult GrblDevice::guarded_move(const Point& target, Pace pace) {
     return result;
 }
 
-GrblDevice::ProbeEnd GrblDevice::run_probe(const std::string& word, const Point& target, double feed_mm_per_s) {
+GrblDevice::ProbeEnd GrblDevice::run_probe(const std::string& word, const Point& target, double feed_mm_per_s, OnStop on_stop) {
     const Point start = position_;
     if (!last_) last_ = controller_.last_probe();
     const Seconds expected = move_duration(options_.kinematics, (target - start).norm(), feed_mm_per_s);
     const auto longest = std::chrono::duration_cast<std::chrono::nanoseconds>(kPatience * expected) + kMoreTime;
     for (const bool again : {false, true}) {
         controller_.begin(probe_line(word, target - controller_.work_offset(), feed_mm_per_s));
-        std::optional<ProbeEnd> end = wait_for_end(start, longest);
+        std::optional<ProbeEnd> end = wait_for_end(start, longest, on_stop);
         if (!end) end = find_out(start, *last_);
         if (!end) continue;
         end->repeated = end->repeated || again;
@@ -165,7 +167,7 @@ GrblDevice::ProbeEnd GrblDevice::run_probe(const std::string& word, const Point&
     controller_.fail_silent("the answer to a probing move that was sent twice");
 }
 
-std::optional<GrblDevice::ProbeEnd> GrblDevice::wait_for_end(const Point& start, std::chrono::nanoseconds longest) {
+std::optional<GrblDevice::ProbeEnd> GrblDevice::wait_for_end(const Point& start, std::chrono::nanoseconds longest, OnStop on_stop) {
     const auto now = [&] { return controller_.link().now(); };
     auto until = now() + longest;
     auto poll = now() + kPollInterval;
@@ -173,7 +175,7 @@ std::optional<GrblDevice::ProbeEnd> GrblDevice::wait_for_end(const Point& start,
     std::optional<std::chrono::nanoseconds> stands_since;
     std::optional<ProbeReport> report;
     while (true) {
-        if (stop_.stop_requested() && !stopping_) go_back_and_throw(start);
+        if (stop_.stop_requested() && on_stop != OnStop::finish) stop_and_throw(start, on_stop);
         const auto message = controller_.next(poll);
         if (!message) {
             if (now() - heard > kSilence) controller_.fail_silent("the end of a probing move");
@@ -195,7 +197,10 @@ std::optional<GrblDevice::ProbeEnd> GrblDevice::wait_for_end(const Point& start,
             report = ProbeReport{controller_.unit_mm() * seen->position, seen->contact};
         }
         // An `ok` before any report is an older command's.
-        if (std::holds_alternative<grbl::Ok>(*message) && report) return ProbeEnd{*report, controller_.place()};
+        if (std::holds_alternative<grbl::Ok>(*message) && report) {
+            if (report->contact) (void)controller_.next(now() + kSpark);
+            return ProbeEnd{*report, controller_.place()};
+        }
         const auto* status = std::get_if<grbl::Status>(&*message);
         const auto place = status != nullptr ? controller_.note(*status) : std::nullopt;
         if (!place) continue;
@@ -243,10 +248,7 @@ void GrblDevice::check_answer(const ProbeEnd& end, const Point& start, const Poi
         what = "reports no contact, but rests at " + text(end.place.position) + ", which is not the target";
     } else if (end.report.contact && distance_to(start, target, reported) > tolerance) {
         what = "reports a contact at " + text(reported) + ", which is not on its way";
-    } else if (end.report.contact &&
-               (end.place.position - reported).norm() >
-                   std::max(options_.kinematics.overtravel_mm, kPatience * stopping_distance(options_.kinematics, feed_mm_per_s)) +
-                       tolerance) {
+    } else if (end.report.contact && (end.place.position - reported).norm() > longest_overrun(feed_mm_per_s)) {
         what = "reports a contact at " + text(reported) + ", but rests far from it, at " + text(end.place.position);
     }
     if (what.empty()) return;
@@ -256,13 +258,21 @@ void GrblDevice::check_answer(const ProbeEnd& end, const Point& start, const Poi
                     controller_.link().history());
 }
 
+// What stops farther from its touch than that did not stop for it.
+double GrblDevice::longest_overrun(double feed_mm_per_s) const {
+    const double expected = stopping_distance(options_.kinematics, feed_mm_per_s);
+    return kPatience * std::max(options_.kinematics.overtravel_mm, expected) + tolerance();
+}
+
 // --- going back ------------------------------------------------------------------------------------------------------
 
-void GrblDevice::go_back_and_throw(const Point& start) {
-    stopping_ = true;
+void GrblDevice::stop_and_throw(const Point& start, OnStop on_stop) {
     controller_.stop();
-    back_off(start);
-    throw Stopped("stopped by the operator; the tool went back to " + text(position()) + " and rests there");
+    last_.reset();  // by the reset in it
+    position_ = controller_.place().position;
+    if (on_stop == OnStop::go_back) back_off(start, OnStop::finish);
+    throw Stopped(std::string("stopped by the operator; the tool ") + (on_stop == OnStop::go_back ? "went back to " : "rests at ") +
+                  text(position()) + (on_stop == OnStop::go_back ? " and rests there" : ""));
 }
 
 void GrblDevice::retract(const Point& contact, const Point& start) {
@@ -270,7 +280,7 @@ void GrblDevice::retract(const Point& contact, const Point& start) {
     const Vector back = start - contact;
     const double length = back.norm();
     const double share = length > 0 ? std::min(options_.kinematics.retract_mm, length) / length : 0.0;
-    back_off(rounded(contact + share * back));
+    back_off(rounded(contact + share * back), OnStop::finish);
     if (overrun > options_.kinematics.overtravel_mm) {
         controller_.give_up();
         std::ostringstream message;
@@ -281,7 +291,7 @@ void GrblDevice::retract(const Point& contact, const Point& start) {
     }
 }
 
-void GrblDevice::back_off(const Point& target) {
+void GrblDevice::back_off(const Point& target, OnStop on_stop) {
     const double feed = options_.kinematics.feeds.probe_mm_per_s;
     Place place = controller_.place();
     for (int bounces = 0;; ++bounces) {
@@ -290,10 +300,11 @@ void GrblDevice::back_off(const Point& target) {
         if (is_there && (!place.probe_closed || opens_soon())) return;
         if (is_there || bounces == kMaxBounces) break;
         try {
-            place = run_probe(place.probe_closed ? "G38.5" : "G38.3", target, feed).place;
+            place = run_probe(place.probe_closed ? "G38.5" : "G38.3", target, feed, on_stop).place;
         } catch (const ProbeClosed&) {
             // It bounced between the question and the move; ALARM:4 keeps the position.
             controller_.unlock();
+            last_.reset();
             place = controller_.place();
         }
     }
@@ -311,6 +322,6 @@ bool GrblDevice::opens_soon() {
     return false;
 }
 
-void GrblDevice::retreat(const Point& target) { back_off(rounded(target + options_.origin)); }
+void GrblDevice::retreat(const Point& target) { back_off(rounded(target + options_.origin), OnStop::stay); }
 
 }  // namespace palpate
