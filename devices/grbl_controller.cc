@@ -25,6 +25,9 @@ constexpr auto kLongestMove = 1000s;
 constexpr int kReportsWithOffset = 40;
 constexpr double kMillimetresPerInch = 25.4;
 constexpr int kReportInches = 13;
+// Of coordinates that are reported.
+constexpr std::size_t kDecimalsOfMillimetres = 3;
+constexpr std::size_t kDecimalsOfInches = 4;
 
 template <typename T>
 bool is(const Message& message) {
@@ -205,6 +208,7 @@ void Controller::read_identity() {
     for (const Message& message : ask("$$", has_settings, kAnswerTime)) {
         if (const auto* setting = std::get_if<Setting>(&message)) identity_.settings[setting->number] = setting->value;
     }
+    link_.expect_decimals(unit_mm() == 1.0 ? kDecimalsOfMillimetres : kDecimalsOfInches);
     for (const Message& message : ask(
              "$I", [](const Message& m) { return is_feedback(m, "VER"); }, kAnswerTime)) {
         if (is_feedback(message, "VER")) {
@@ -263,6 +267,7 @@ void Controller::wait_for_banner() {
 
 void Controller::reset() {
     state_ = State::connecting;
+    has_motion_mode_ = true;
     wait_for_banner();
     link_.drain(kQuiet);
 }
@@ -322,8 +327,17 @@ ProbeReport Controller::last_probe() {
     fail_silent("the answer to $#");
 }
 
+void Controller::clear_motion_mode() {
+    link_.send("G80");
+    const auto is_cleared = [](const Message& m) { return is_feedback(m, "GC") && std::get<Feedback>(m).text.starts_with("G80 "); };
+    (void)ask("$G", is_cleared, kAnswerTime);
+    has_motion_mode_ = false;
+}
+
 void Controller::begin(const std::string& line) {
     drop_what_came();
+    // After a reset it is G0: a line whose G38.3 got lost would be an unguarded move. Without any mode such a line is an error.
+    if (has_motion_mode_) clear_motion_mode();
     state_ = State::probing;
     link_.send(line);
 }

@@ -87,6 +87,7 @@ private:
     [[nodiscard]] bool wait_for_first_status();
     void read_identity();
     void drop_what_came();
+    void clear_motion_mode();
     [[nodiscard]] Place wait_for_standstill(std::chrono::nanoseconds longest);
     void reset();
     void wait_for_banner();
@@ -97,6 +98,7 @@ private:
     Identity identity_;
     std::optional<Point> work_offset_;
     std::optional<bool> homed_;
+    bool has_motion_mode_ = true;  // one that an axis word alone would move with, for all that is known
 };
 
 }  // namespace palpate::grbl

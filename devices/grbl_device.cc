@@ -28,6 +28,8 @@ constexpr auto kSilence = 3s;
 constexpr auto kSettling = 500ms;
 // A spark that stopped the tool just as it began to move has to be over before the probe is asked whether it holds.
 constexpr auto kSpark = 10ms;
+// mm: so far beside its way a tool that is under way may be seen; axes are not read at one instant.
+constexpr double kOffWay = 0.5;
 // A probe that bounces opens and closes a few times within some hundredths; one that is not free after so many steps back is stuck.
 constexpr int kMaxBounces = 20;
 // An answer may lie beside the way by that many steps or last digits: both ends and the touch are rounded.
@@ -53,12 +55,14 @@ double distance_to(const Point& a, const Point& b, const Point& p) {
     return (p - a - share * way).norm();
 }
 
-// "G21G90G94G38.3X1.000Y2.000Z3.000F300.0": every line says its modes itself, so that no older command's can matter. At most 70 bytes
-// for coordinates of five digits, of the 80 that Grbl takes.
+// "G21G90G94G38.3X1.000Y2.000Z3.000F300": every line says its modes itself, so that no older command's can matter. The feed comes last
+// and has no decimals: whatever byte of it gets lost on the line, the tool is not faster than it may be. At most 70 bytes for
+// coordinates of five digits, of the 80 that Grbl takes.
 std::string probe_line(const std::string& word, const Point& work, double feed_mm_per_s) {
     std::array<char, 96> line{};
-    const int length = std::snprintf(line.data(), line.size(), "G21G90G94%sX%.3fY%.3fZ%.3fF%.1f", word.c_str(), work.x(), work.y(),
-                                     work.z(), feed_mm_per_s * kSecondsPerMinute);
+    const double feed = std::max(1.0, std::floor(feed_mm_per_s * kSecondsPerMinute));
+    const int length =
+        std::snprintf(line.data(), line.size(), "G21G90G94%sX%.3fY%.3fZ%.3fF%.0f", word.c_str(), work.x(), work.y(), work.z(), feed);
     return {line.data(), static_cast<std::size_t>(std::min<int>(length, static_cast<int>(line.size()) - 1))};
 }
 
@@ -136,7 +140,9 @@ MoveResult GrblDevice::guarded_move(const Point& target, Pace pace) {
     const Point goal = rounded(target + options_.origin);
     // Grbl refuses a move to where it is (error:33).
     if (is_at(goal)) return {MoveResult::Outcome::reached, target};
-    const ProbeEnd end = run_probe("G38.3", goal, options_.kinematics.feeds.of(pace), OnStop::go_back);
+    const double feed = options_.kinematics.feeds.of(pace);
+    const ProbeEnd end = run_probe("G38.3", goal, feed, OnStop::go_back);
+    if (end.report.contact) check_signs(end.report, feed);
     position_ = end.place.position;
     MoveResult result;
     result.position = end.report.contact ? Point(end.report.position - options_.origin) : target;
@@ -155,7 +161,7 @@ GrblDevice::ProbeEnd GrblDevice::run_probe(const std::string& word, const Point&
     const auto longest = std::chrono::duration_cast<std::chrono::nanoseconds>(kPatience * expected) + kMoreTime;
     for (const bool again : {false, true}) {
         controller_.begin(probe_line(word, target - controller_.work_offset(), feed_mm_per_s));
-        std::optional<ProbeEnd> end = wait_for_end(start, longest, on_stop);
+        std::optional<ProbeEnd> end = wait_for_end({start, target}, longest, on_stop);
         if (!end) end = find_out(start, *last_);
         if (!end) continue;
         end->repeated = end->repeated || again;
@@ -167,7 +173,7 @@ GrblDevice::ProbeEnd GrblDevice::run_probe(const std::string& word, const Point&
     controller_.fail_silent("the answer to a probing move that was sent twice");
 }
 
-std::optional<GrblDevice::ProbeEnd> GrblDevice::wait_for_end(const Point& start, std::chrono::nanoseconds longest, OnStop on_stop) {
+std::optional<GrblDevice::ProbeEnd> GrblDevice::wait_for_end(const Segment& way, std::chrono::nanoseconds longest, OnStop on_stop) {
     const auto now = [&] { return controller_.link().now(); };
     auto until = now() + longest;
     auto poll = now() + kPollInterval;
@@ -175,7 +181,7 @@ std::optional<GrblDevice::ProbeEnd> GrblDevice::wait_for_end(const Point& start,
     std::optional<std::chrono::nanoseconds> stands_since;
     std::optional<ProbeReport> report;
     while (true) {
-        if (stop_.stop_requested() && on_stop != OnStop::finish) stop_and_throw(start, on_stop);
+        if (stop_.stop_requested() && on_stop != OnStop::finish) stop_and_throw(way.source, on_stop);
         const auto message = controller_.next(poll);
         if (!message) {
             if (now() - heard > kSilence) controller_.fail_silent("the end of a probing move");
@@ -199,7 +205,10 @@ std::optional<GrblDevice::ProbeEnd> GrblDevice::wait_for_end(const Point& start,
         // An `ok` before any report is an older command's.
         if (std::holds_alternative<grbl::Ok>(*message) && report) {
             if (report->contact) (void)controller_.next(now() + kSpark);
-            return ProbeEnd{*report, controller_.place()};
+            const Place place = controller_.place();
+            if (place.state == "Idle") return ProbeEnd{*report, place};
+            report.reset();  // an older command's: this one is still under way
+            continue;
         }
         const auto* status = std::get_if<grbl::Status>(&*message);
         const auto place = status != nullptr ? controller_.note(*status) : std::nullopt;
@@ -208,12 +217,29 @@ std::optional<GrblDevice::ProbeEnd> GrblDevice::wait_for_end(const Point& start,
         if (place->state == "Hold" || place->state == "Door") until = now() + longest;  // the operator's doing; it may go on
         if (place->state != "Idle") {
             stands_since.reset();
+            if (is_off(way, *place)) stop_off_way(way);
         } else if (!stands_since) {
             stands_since = now();
         } else if (now() - *stands_since > kAnswerTime) {
             return std::nullopt;
         }
     }
+}
+
+bool GrblDevice::is_off(const Segment& way, const Place& place) const {
+    return distance_to(way.source, way.target, place.position) > kOffWay + tolerance();
+}
+
+void GrblDevice::stop_off_way(const Segment& way) {
+    // What came may be a damaged report.
+    const Place place = controller_.place();
+    if (!is_off(way, place)) return;
+    controller_.stop();
+    position_ = controller_.place().position;
+    controller_.give_up();
+    throw BadAnswer("the machine on " + controller_.link().name() + " left its way from " + text(way.source) + " to " + text(way.target) +
+                    " (machine coordinates) and was stopped at " + text(position_) +
+                    ": were bytes of the command lost on the line? Check the cable, then resume" + controller_.link().history());
 }
 
 void GrblDevice::fail_state(const std::string& state) {
@@ -230,11 +256,22 @@ std::optional<GrblDevice::ProbeEnd> GrblDevice::find_out(const Point& start, con
     const ProbeReport report = controller_.last_probe();
     const Place place = controller_.place();
     const bool is_new = report.position != before.position || report.contact != before.contact;
-    if (is_new) return ProbeEnd{report, place, true};
-    if ((place.position - start).norm() <= tolerance()) return std::nullopt;
+    // What is latched at the same place as before is no different. Whatever this is, it is checked as any answer.
+    const bool has_moved = (place.position - start).norm() > tolerance();
+    if (is_new || has_moved) return ProbeEnd{report, place, true};
+    return std::nullopt;
+}
+
+// A minus that got lost on the line leaves another number. Where that is as credible, the machine has to say it twice.
+void GrblDevice::check_signs(const ProbeReport& report, double feed_mm_per_s) {
+    const double between = longest_overrun(feed_mm_per_s);
+    const auto is_doubtful = [between](double c) { return c > 0 && 2 * c <= between; };
+    if (!std::ranges::any_of(report.position, is_doubtful)) return;
+    const ProbeReport again = controller_.last_probe();
+    if (again.position == report.position && again.contact == report.contact) return;
     controller_.give_up();
-    throw BadAnswer("the machine on " + controller_.link().name() +
-                    " moved, but its answer was lost and it does not remember it: resume, and the move is made again" +
+    throw BadAnswer("the machine on " + controller_.link().name() + " reports a contact at " + text(report.position) + ", then at " +
+                    text(again.position) + " (machine coordinates): bytes are lost on the line; check the cable, then resume" +
                     controller_.link().history());
 }
 

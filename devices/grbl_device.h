@@ -63,11 +63,15 @@ private:
     // One G38 to a machine position. `word`: "G38.3" or "G38.5".
     ProbeEnd run_probe(const std::string& word, const Point& target, double feed_mm_per_s, OnStop on_stop);
     // Nothing if the machine stands and its answer did not come.
-    [[nodiscard]] std::optional<ProbeEnd> wait_for_end(const Point& start, std::chrono::nanoseconds longest, OnStop on_stop);
+    [[nodiscard]] std::optional<ProbeEnd> wait_for_end(const Segment& way, std::chrono::nanoseconds longest, OnStop on_stop);
     // Then: what did it do? Nothing if it never heard the command.
     [[nodiscard]] std::optional<ProbeEnd> find_out(const Point& start, const grbl::ProbeReport& before);
     // An answer that cannot be true is never passed on. Throws BadAnswer.
     void check_answer(const ProbeEnd& end, const Point& start, const Point& target, double feed_mm_per_s);
+    void check_signs(const grbl::ProbeReport& report, double feed_mm_per_s);
+    // A tool that moves elsewhere than it was told is stopped.
+    [[nodiscard]] bool is_off(const Segment& way, const grbl::Place& place) const;
+    void stop_off_way(const Segment& way);
     [[noreturn]] void fail_state(const std::string& state);
     [[nodiscard]] double longest_overrun(double feed_mm_per_s) const;  // mm
     [[noreturn]] void stop_and_throw(const Point& start, OnStop on_stop);

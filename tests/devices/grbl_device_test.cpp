@@ -304,7 +304,7 @@ TEST_P(GrblDeviceTest, AProbeThatIsClosedIsFoundBeforeAnythingMoves) {
 }
 
 TEST_P(GrblDeviceTest, AProbeThatClosesBetweenMovesIsAProbeClosedAndNothingMoves) {
-    options.faults = {{VirtualFault::Kind::spurious_trigger, VirtualFault::When::line, 5}};
+    options.faults = {{VirtualFault::Kind::spurious_trigger, VirtualFault::When::line, 7}};
     ready();
     ASSERT_EQ(device->guarded_move({20, 1, 0}, Pace::travel).outcome, Outcome::reached);
     EXPECT_THAT(message_of<ProbeClosed>([&] { (void)device->guarded_move({0, 0, 0}, Pace::probe); }), HasSubstr("ALARM:4"));
