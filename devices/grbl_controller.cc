@@ -25,6 +25,9 @@ constexpr auto kLongestMove = 1000s;
 constexpr int kReportsWithOffset = 40;
 constexpr double kMillimetresPerInch = 25.4;
 constexpr int kReportInches = 13;
+// Of coordinates that are reported.
+constexpr std::size_t kDecimalsOfMillimetres = 3;
+constexpr std::size_t kDecimalsOfInches = 4;
 
 template <typename T>
 bool is(const Message& message) {
@@ -93,7 +96,8 @@ std::optional<Message> Controller::next(std::chrono::nanoseconds until) {
 std::optional<Place> Controller::note(const Status& status) {
     const double unit = unit_mm();
     if (status.offset) work_offset_ = unit * *status.offset;
-    Place place{status.state, status.substate, Point::Zero(), status.probe_closed, status.probe_unplugged, status.homed};
+    if (status.homed) homed_ = status.homed;
+    Place place{status.state, status.substate, Point::Zero(), status.probe_closed, status.probe_unplugged, homed_};
     if (status.machine) {
         place.position = unit * *status.machine;
     } else if (work_offset_) {
@@ -179,13 +183,32 @@ void Controller::connect() {
         throw DeviceTimeout("nothing that speaks GRBL answers on " + link_.name() +
                             ": is it the right port (palpate ports), is machine.grbl.baud right, is the machine on?" + link_.history());
     }
+    // Lines are heard at a standstill only.
+    const std::string state = wait_for_standstill(kLongestMove).state;
+    if (state == "Check") {
+        throw DeviceRefused(0, "the machine on " + link_.name() + " is in check mode, in which nothing moves: leave it with $C");
+    }
+    if (state == "Door" || state == "Sleep") {
+        throw DeviceAlarm(0, "the machine on " + link_.name() + " says " + state + ": close the door or wake it, then go on");
+    }
+    // A hold that an earlier host left, or an alarm out of which may lead nothing else; a reset at a standstill keeps the position.
+    if (state == "Hold" || state == "Alarm") reset();
     // An error that was never acknowledged would answer everything that follows on grblHAL.
     link_.send("");
     link_.drain(kQuiet);
+    read_identity();
+    work_offset_.reset();  // what came until now was in units not known then
+    for (int k = 0; k < kReportsWithOffset && !work_offset_; ++k) (void)place();
+    if (!work_offset_) fail_silent("a status report with the work offset (WCO)");
+    state_ = place().state == "Alarm" ? State::locked : State::idle;
+}
+
+void Controller::read_identity() {
     const auto has_settings = [](const Message& m) { return is<Setting>(m); };
     for (const Message& message : ask("$$", has_settings, kAnswerTime)) {
         if (const auto* setting = std::get_if<Setting>(&message)) identity_.settings[setting->number] = setting->value;
     }
+    link_.expect_decimals(unit_mm() == 1.0 ? kDecimalsOfMillimetres : kDecimalsOfInches);
     for (const Message& message : ask(
              "$I", [](const Message& m) { return is_feedback(m, "VER"); }, kAnswerTime)) {
         if (is_feedback(message, "VER")) {
@@ -193,24 +216,15 @@ void Controller::connect() {
             identity_.version = identity_.version.empty() ? "Grbl " + version : identity_.version + " (" + version + ")";
         }
     }
-    const Place place = wait_for_standstill(kLongestMove);
-    for (int k = 0; k < kReportsWithOffset && !work_offset_; ++k) (void)this->place();
-    if (!work_offset_) fail_silent("a status report with the work offset (WCO)");
-    if (place.state == "Check") {
-        throw DeviceRefused(0, "the machine on " + link_.name() + " is in check mode, in which nothing moves: leave it with $C");
-    }
-    if (place.state == "Door" || place.state == "Sleep") {
-        throw DeviceAlarm(0, "the machine on " + link_.name() + " says " + place.state + ": close the door or wake it, then go on");
-    }
-    state_ = place.state == "Alarm" ? State::locked : State::idle;
-    if (place.state == "Hold") {
-        // A hold that an earlier host left; at a standstill a reset keeps the position.
-        reset();
-        state_ = this->place().state == "Alarm" ? State::locked : State::idle;
+}
+
+void Controller::drop_what_came() {
+    while (next(link_.now())) {
     }
 }
 
 Place Controller::place() {
+    drop_what_came();  // a report that was asked for earlier says where the tool was then
     const auto until = link_.now() + kAnswerTime;
     while (link_.now() < until) {
         link_.send_realtime(kAskStatus);
@@ -253,19 +267,30 @@ void Controller::wait_for_banner() {
 
 void Controller::reset() {
     state_ = State::connecting;
+    has_motion_mode_ = true;
     wait_for_banner();
     link_.drain(kQuiet);
 }
 
 void Controller::stop() {
     if (state_ != State::probing && state_ != State::hold) return;
-    link_.send_realtime(kFeedHold);
-    const Place place = wait_for_standstill(kLongestMove);
+    const auto until = link_.now() + kLongestMove;
+    Place place;
+    do {
+        if (link_.now() > until) fail_silent("the end of a motion");
+        link_.send_realtime(kFeedHold);
+        place = this->place();
+        // A hold that got lost on the wire is sent again until the tool slows down.
+        while (is_moving(place) && place.state != "Run" && link_.now() < until) {
+            (void)next(link_.now() + kPollInterval);
+            place = this->place();
+        }
+    } while (is_moving(place));
     state_ = State::hold;
     // Also a probing move that ended by itself may leave its `ok` behind: only a reset tells old answers from new ones.
     reset();
     state_ = this->place().state == "Alarm" ? State::locked : State::idle;
-    if (state_ == State::locked && place.state == "Hold") {
+    if (state_ == State::locked && place.state != "Alarm") {
         throw PositionLost("the machine on " + link_.name() + " locked itself when it was stopped: home it, then resume" + link_.history());
     }
 }
@@ -279,6 +304,7 @@ void Controller::home() {
         // An older command's `ok` may come first: the machine itself says whether it has homed.
         const Place place = wait_for_standstill(kHomingTime);
         if (place.state != "Idle") continue;
+        homed_ = true;
         state_ = State::idle;
         return;
     }
@@ -301,7 +327,17 @@ ProbeReport Controller::last_probe() {
     fail_silent("the answer to $#");
 }
 
+void Controller::clear_motion_mode() {
+    link_.send("G80");
+    const auto is_cleared = [](const Message& m) { return is_feedback(m, "GC") && std::get<Feedback>(m).text.starts_with("G80 "); };
+    (void)ask("$G", is_cleared, kAnswerTime);
+    has_motion_mode_ = false;
+}
+
 void Controller::begin(const std::string& line) {
+    drop_what_came();
+    // After a reset it is G0: a line whose G38.3 got lost would be an unguarded move. Without any mode such a line is an error.
+    if (has_motion_mode_) clear_motion_mode();
     state_ = State::probing;
     link_.send(line);
 }

@@ -9,7 +9,7 @@
 
 #include <functional>
 #include <map>
-#include <stop_token>
+#include <optional>
 #include <string>
 #include <vector>
 
@@ -34,7 +34,7 @@ struct Place {
     Point position = Point::Zero();
     bool probe_closed = false;
     bool probe_unplugged = false;
-    std::optional<bool> homed;  // where the firmware says so
+    std::optional<bool> homed;  // where the firmware says so; as of the last report that did
 };
 
 // Every call throws ConnectionLost, DeviceTimeout (with what was awaited and the last lines both ways), DeviceAlarm, or PositionLost
@@ -65,7 +65,7 @@ public:
     // From the units of reports to mm.
     [[nodiscard]] double unit_mm() const;
 
-    // For who sends motion. Sends a line and says that its answer is due.
+    // For who sends motion. Sends a line and says that its answer is due; what came before it is none.
     void begin(const std::string& line);
     // The answer has come, or never will.
     void end() { state_ = State::idle; }
@@ -85,6 +85,9 @@ private:
     std::vector<Message> ask(const std::string& line, const std::function<bool(const Message&)>& is_answer,
                              std::chrono::milliseconds timeout);
     [[nodiscard]] bool wait_for_first_status();
+    void read_identity();
+    void drop_what_came();
+    void clear_motion_mode();
     [[nodiscard]] Place wait_for_standstill(std::chrono::nanoseconds longest);
     void reset();
     void wait_for_banner();
@@ -94,6 +97,8 @@ private:
     State state_ = State::connecting;
     Identity identity_;
     std::optional<Point> work_offset_;
+    std::optional<bool> homed_;
+    bool has_motion_mode_ = true;  // one that an axis word alone would move with, for all that is known
 };
 
 }  // namespace palpate::grbl

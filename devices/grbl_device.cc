@@ -26,10 +26,19 @@ constexpr auto kMoreTime = 5s;
 constexpr auto kSilence = 3s;
 // A contact that bounces, or a spark on its lead, is over by then.
 constexpr auto kSettling = 500ms;
+// A spark that stopped the tool just as it began to move has to be over before the probe is asked whether it holds.
+constexpr auto kSpark = 10ms;
+// mm: so far beside its way a tool that is under way may be seen; axes are not read at one instant.
+constexpr double kOffWay = 0.5;
 // A probe that bounces opens and closes a few times within some hundredths; one that is not free after so many steps back is stuck.
 constexpr int kMaxBounces = 20;
 // An answer may lie beside the way by that many steps or last digits: both ends and the touch are rounded.
 constexpr double kRoundings = 3.0;
+// Half the diagonal of a cell of steps, in steps: as far may be what a machine reaches from what it was told.
+constexpr double kHalfDiagonal = 0.8661;
+// mm: the last digit of positions that are reported in millimetres, and in inches.
+constexpr double kLastDigit = 0.001;
+constexpr double kLastInchDigit = 0.0001;
 constexpr std::array<int, 3> kStepsPerMm = {100, 101, 102};
 constexpr double kSecondsPerMinute = 60.0;
 
@@ -46,12 +55,14 @@ double distance_to(const Point& a, const Point& b, const Point& p) {
     return (p - a - share * way).norm();
 }
 
-// "G21G90G94G38.3X1.000Y2.000Z3.000F300.0": every line says its modes itself, so that no older command's can matter. At most 70 bytes
-// for coordinates of five digits, of the 80 that Grbl takes.
+// "G21G90G94G38.3X1.000Y2.000Z3.000F300": every line says its modes itself, so that no older command's can matter. The feed comes last
+// and has no decimals: whatever byte of it gets lost on the line, the tool is not faster than it may be. At most 70 bytes for
+// coordinates of five digits, of the 80 that Grbl takes.
 std::string probe_line(const std::string& word, const Point& work, double feed_mm_per_s) {
     std::array<char, 96> line{};
-    const int length = std::snprintf(line.data(), line.size(), "G21G90G94%sX%.3fY%.3fZ%.3fF%.1f", word.c_str(), work.x(), work.y(),
-                                     work.z(), feed_mm_per_s * kSecondsPerMinute);
+    const double feed = std::max(1.0, std::floor(feed_mm_per_s * kSecondsPerMinute));
+    const int length =
+        std::snprintf(line.data(), line.size(), "G21G90G94%sX%.3fY%.3fZ%.3fF%.0f", word.c_str(), work.x(), work.y(), work.z(), feed);
     return {line.data(), static_cast<std::size_t>(std::min<int>(length, static_cast<int>(line.size()) - 1))};
 }
 
@@ -88,13 +99,27 @@ void GrblDevice::make_ready() {
     last_ = controller_.last_probe();
 }
 
-double GrblDevice::tolerance() const {
+double GrblDevice::step() const {
     double step = options_.kinematics.resolution_mm;
     for (const int setting : kStepsPerMm) {
         const auto steps = controller_.identity().number(setting);
         if (steps && *steps > 0) step = std::max(step, 1 / *steps);
     }
-    return kRoundings * step;
+    return step;
+}
+
+double GrblDevice::last_digit() const {
+    const double unit = controller_.unit_mm();
+    return unit == 1.0 ? kLastDigit : kLastInchDigit * unit;
+}
+
+double GrblDevice::tolerance() const { return kRoundings * std::max(step(), last_digit()); }
+
+bool GrblDevice::is_at(const Point& target) const {
+    const double resolution = options_.kinematics.resolution_mm;
+    const bool is_exact = step() <= resolution && last_digit() <= resolution;
+    const double doubt = is_exact ? resolution / 2 : kHalfDiagonal * (step() + last_digit());
+    return (target - position_).norm() < doubt;
 }
 
 Point GrblDevice::rounded(const Point& machine) const {
@@ -110,11 +135,14 @@ MoveResult GrblDevice::guarded_move(const Point& target, Pace pace) {
         throw PositionLost(std::string("the machine on ") + controller_.link().name() + " is " + to_string(controller_.state()) +
                            " since its last fault: nothing moves before a new connection");
     }
+    if (!target.allFinite()) throw DeviceError("the target " + text(target) + " of a move is not finite: give three numbers in mm");
     const Point start = position_;
     const Point goal = rounded(target + options_.origin);
     // Grbl refuses a move to where it is (error:33).
-    if ((goal - start).norm() < options_.kinematics.resolution_mm / 2) return {MoveResult::Outcome::reached, target};
-    const ProbeEnd end = run_probe("G38.3", goal, options_.kinematics.feeds.of(pace));
+    if (is_at(goal)) return {MoveResult::Outcome::reached, target};
+    const double feed = options_.kinematics.feeds.of(pace);
+    const ProbeEnd end = run_probe("G38.3", goal, feed, OnStop::go_back);
+    if (end.report.contact) check_signs(end.report, feed);
     position_ = end.place.position;
     MoveResult result;
     result.position = end.report.contact ? Point(end.report.position - options_.origin) : target;
@@ -126,14 +154,14 @@ MoveResult GrblDevice::guarded_move(const Point& target, Pace pace) {
     return result;
 }
 
-GrblDevice::ProbeEnd GrblDevice::run_probe(const std::string& word, const Point& target, double feed_mm_per_s) {
+GrblDevice::ProbeEnd GrblDevice::run_probe(const std::string& word, const Point& target, double feed_mm_per_s, OnStop on_stop) {
     const Point start = position_;
     if (!last_) last_ = controller_.last_probe();
     const Seconds expected = move_duration(options_.kinematics, (target - start).norm(), feed_mm_per_s);
     const auto longest = std::chrono::duration_cast<std::chrono::nanoseconds>(kPatience * expected) + kMoreTime;
     for (const bool again : {false, true}) {
         controller_.begin(probe_line(word, target - controller_.work_offset(), feed_mm_per_s));
-        std::optional<ProbeEnd> end = wait_for_end(start, longest);
+        std::optional<ProbeEnd> end = wait_for_end({start, target}, longest, on_stop);
         if (!end) end = find_out(start, *last_);
         if (!end) continue;
         end->repeated = end->repeated || again;
@@ -145,7 +173,7 @@ GrblDevice::ProbeEnd GrblDevice::run_probe(const std::string& word, const Point&
     controller_.fail_silent("the answer to a probing move that was sent twice");
 }
 
-std::optional<GrblDevice::ProbeEnd> GrblDevice::wait_for_end(const Point& start, std::chrono::nanoseconds longest) {
+std::optional<GrblDevice::ProbeEnd> GrblDevice::wait_for_end(const Segment& way, std::chrono::nanoseconds longest, OnStop on_stop) {
     const auto now = [&] { return controller_.link().now(); };
     auto until = now() + longest;
     auto poll = now() + kPollInterval;
@@ -153,7 +181,7 @@ std::optional<GrblDevice::ProbeEnd> GrblDevice::wait_for_end(const Point& start,
     std::optional<std::chrono::nanoseconds> stands_since;
     std::optional<ProbeReport> report;
     while (true) {
-        if (stop_.stop_requested() && !stopping_) go_back_and_throw(start);
+        if (stop_.stop_requested() && on_stop != OnStop::finish) stop_and_throw(way.source, on_stop);
         const auto message = controller_.next(poll);
         if (!message) {
             if (now() - heard > kSilence) controller_.fail_silent("the end of a probing move");
@@ -175,7 +203,13 @@ std::optional<GrblDevice::ProbeEnd> GrblDevice::wait_for_end(const Point& start,
             report = ProbeReport{controller_.unit_mm() * seen->position, seen->contact};
         }
         // An `ok` before any report is an older command's.
-        if (std::holds_alternative<grbl::Ok>(*message) && report) return ProbeEnd{*report, controller_.place()};
+        if (std::holds_alternative<grbl::Ok>(*message) && report) {
+            if (report->contact) (void)controller_.next(now() + kSpark);
+            const Place place = controller_.place();
+            if (place.state == "Idle") return ProbeEnd{*report, place};
+            report.reset();  // an older command's: this one is still under way
+            continue;
+        }
         const auto* status = std::get_if<grbl::Status>(&*message);
         const auto place = status != nullptr ? controller_.note(*status) : std::nullopt;
         if (!place) continue;
@@ -183,12 +217,29 @@ std::optional<GrblDevice::ProbeEnd> GrblDevice::wait_for_end(const Point& start,
         if (place->state == "Hold" || place->state == "Door") until = now() + longest;  // the operator's doing; it may go on
         if (place->state != "Idle") {
             stands_since.reset();
+            if (is_off(way, *place)) stop_off_way(way);
         } else if (!stands_since) {
             stands_since = now();
         } else if (now() - *stands_since > kAnswerTime) {
             return std::nullopt;
         }
     }
+}
+
+bool GrblDevice::is_off(const Segment& way, const Place& place) const {
+    return distance_to(way.source, way.target, place.position) > kOffWay + tolerance();
+}
+
+void GrblDevice::stop_off_way(const Segment& way) {
+    // What came may be a damaged report.
+    const Place place = controller_.place();
+    if (!is_off(way, place)) return;
+    controller_.stop();
+    position_ = controller_.place().position;
+    controller_.give_up();
+    throw BadAnswer("the machine on " + controller_.link().name() + " left its way from " + text(way.source) + " to " + text(way.target) +
+                    " (machine coordinates) and was stopped at " + text(position_) +
+                    ": were bytes of the command lost on the line? Check the cable, then resume" + controller_.link().history());
 }
 
 void GrblDevice::fail_state(const std::string& state) {
@@ -205,11 +256,22 @@ std::optional<GrblDevice::ProbeEnd> GrblDevice::find_out(const Point& start, con
     const ProbeReport report = controller_.last_probe();
     const Place place = controller_.place();
     const bool is_new = report.position != before.position || report.contact != before.contact;
-    if (is_new) return ProbeEnd{report, place, true};
-    if ((place.position - start).norm() <= tolerance()) return std::nullopt;
+    // What is latched at the same place as before is no different. Whatever this is, it is checked as any answer.
+    const bool has_moved = (place.position - start).norm() > tolerance();
+    if (is_new || has_moved) return ProbeEnd{report, place, true};
+    return std::nullopt;
+}
+
+// A minus that got lost on the line leaves another number. Where that is as credible, the machine has to say it twice.
+void GrblDevice::check_signs(const ProbeReport& report, double feed_mm_per_s) {
+    const double between = longest_overrun(feed_mm_per_s);
+    const auto is_doubtful = [between](double c) { return c > 0 && 2 * c <= between; };
+    if (!std::ranges::any_of(report.position, is_doubtful)) return;
+    const ProbeReport again = controller_.last_probe();
+    if (again.position == report.position && again.contact == report.contact) return;
     controller_.give_up();
-    throw BadAnswer("the machine on " + controller_.link().name() +
-                    " moved, but its answer was lost and it does not remember it: resume, and the move is made again" +
+    throw BadAnswer("the machine on " + controller_.link().name() + " reports a contact at " + text(report.position) + ", then at " +
+                    text(again.position) + " (machine coordinates): bytes are lost on the line; check the cable, then resume" +
                     controller_.link().history());
 }
 
@@ -223,10 +285,7 @@ void GrblDevice::check_answer(const ProbeEnd& end, const Point& start, const Poi
         what = "reports no contact, but rests at " + text(end.place.position) + ", which is not the target";
     } else if (end.report.contact && distance_to(start, target, reported) > tolerance) {
         what = "reports a contact at " + text(reported) + ", which is not on its way";
-    } else if (end.report.contact &&
-               (end.place.position - reported).norm() >
-                   std::max(options_.kinematics.overtravel_mm, kPatience * stopping_distance(options_.kinematics, feed_mm_per_s)) +
-                       tolerance) {
+    } else if (end.report.contact && (end.place.position - reported).norm() > longest_overrun(feed_mm_per_s)) {
         what = "reports a contact at " + text(reported) + ", but rests far from it, at " + text(end.place.position);
     }
     if (what.empty()) return;
@@ -236,13 +295,21 @@ void GrblDevice::check_answer(const ProbeEnd& end, const Point& start, const Poi
                     controller_.link().history());
 }
 
+// What stops farther from its touch than that did not stop for it.
+double GrblDevice::longest_overrun(double feed_mm_per_s) const {
+    const double expected = stopping_distance(options_.kinematics, feed_mm_per_s);
+    return kPatience * std::max(options_.kinematics.overtravel_mm, expected) + tolerance();
+}
+
 // --- going back ------------------------------------------------------------------------------------------------------
 
-void GrblDevice::go_back_and_throw(const Point& start) {
-    stopping_ = true;
+void GrblDevice::stop_and_throw(const Point& start, OnStop on_stop) {
     controller_.stop();
-    back_off(start);
-    throw Stopped("stopped by the operator; the tool went back to " + text(position()) + " and rests there");
+    last_.reset();  // by the reset in it
+    position_ = controller_.place().position;
+    if (on_stop == OnStop::go_back) back_off(start, OnStop::finish);
+    throw Stopped(std::string("stopped by the operator; the tool ") + (on_stop == OnStop::go_back ? "went back to " : "rests at ") +
+                  text(position()) + (on_stop == OnStop::go_back ? " and rests there" : ""));
 }
 
 void GrblDevice::retract(const Point& contact, const Point& start) {
@@ -250,7 +317,7 @@ void GrblDevice::retract(const Point& contact, const Point& start) {
     const Vector back = start - contact;
     const double length = back.norm();
     const double share = length > 0 ? std::min(options_.kinematics.retract_mm, length) / length : 0.0;
-    back_off(rounded(contact + share * back));
+    back_off(rounded(contact + share * back), OnStop::finish);
     if (overrun > options_.kinematics.overtravel_mm) {
         controller_.give_up();
         std::ostringstream message;
@@ -261,19 +328,20 @@ void GrblDevice::retract(const Point& contact, const Point& start) {
     }
 }
 
-void GrblDevice::back_off(const Point& target) {
+void GrblDevice::back_off(const Point& target, OnStop on_stop) {
     const double feed = options_.kinematics.feeds.probe_mm_per_s;
     Place place = controller_.place();
     for (int bounces = 0;; ++bounces) {
         position_ = place.position;
-        const bool is_there = (target - position_).norm() < options_.kinematics.resolution_mm / 2;
+        const bool is_there = is_at(target);
         if (is_there && (!place.probe_closed || opens_soon())) return;
         if (is_there || bounces == kMaxBounces) break;
         try {
-            place = run_probe(place.probe_closed ? "G38.5" : "G38.3", target, feed).place;
+            place = run_probe(place.probe_closed ? "G38.5" : "G38.3", target, feed, on_stop).place;
         } catch (const ProbeClosed&) {
             // It bounced between the question and the move; ALARM:4 keeps the position.
             controller_.unlock();
+            last_.reset();
             place = controller_.place();
         }
     }
@@ -291,6 +359,6 @@ bool GrblDevice::opens_soon() {
     return false;
 }
 
-void GrblDevice::retreat(const Point& target) { back_off(rounded(target + options_.origin)); }
+void GrblDevice::retreat(const Point& target) { back_off(rounded(target + options_.origin), OnStop::stay); }
 
 }  // namespace palpate

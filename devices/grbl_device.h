@@ -40,7 +40,8 @@ public:
     [[nodiscard]] MoveResult guarded_move(const Point& target, Pace pace) override;
     void stop() override { controller_.stop(); }
 
-    // Away from what a probe that is closed touches, straight to `target`; for a tool that an earlier host left on a surface.
+    // Away from what a probe that is closed touches, straight to `target`; for a tool that an earlier host left on a surface. Once
+    // `stop` is requested it ends where it is.
     void retreat(const Point& target);
     [[nodiscard]] bool is_probe_closed() { return controller_.place().probe_closed; }
 
@@ -53,32 +54,48 @@ private:
         grbl::Place place;         // at rest, after it
         bool repeated = false;     // the answer was lost
     };
+    // What a move does that a stop is requested in.
+    enum class OnStop {
+        go_back,  // ends, and goes back to where it began
+        stay,     // ends
+        finish,   // goes on: it leads off a surface, and is short
+    };
     // One G38 to a machine position. `word`: "G38.3" or "G38.5".
-    ProbeEnd run_probe(const std::string& word, const Point& target, double feed_mm_per_s);
+    ProbeEnd run_probe(const std::string& word, const Point& target, double feed_mm_per_s, OnStop on_stop);
     // Nothing if the machine stands and its answer did not come.
-    [[nodiscard]] std::optional<ProbeEnd> wait_for_end(const Point& start, std::chrono::nanoseconds longest);
+    [[nodiscard]] std::optional<ProbeEnd> wait_for_end(const Segment& way, std::chrono::nanoseconds longest, OnStop on_stop);
     // Then: what did it do? Nothing if it never heard the command.
     [[nodiscard]] std::optional<ProbeEnd> find_out(const Point& start, const grbl::ProbeReport& before);
     // An answer that cannot be true is never passed on. Throws BadAnswer.
     void check_answer(const ProbeEnd& end, const Point& start, const Point& target, double feed_mm_per_s);
+    void check_signs(const grbl::ProbeReport& report, double feed_mm_per_s);
+    // A tool that moves elsewhere than it was told is stopped.
+    [[nodiscard]] bool is_off(const Segment& way, const grbl::Place& place) const;
+    void stop_off_way(const Segment& way);
     [[noreturn]] void fail_state(const std::string& state);
-    [[noreturn]] void go_back_and_throw(const Point& start);
+    [[nodiscard]] double longest_overrun(double feed_mm_per_s) const;  // mm
+    [[noreturn]] void stop_and_throw(const Point& start, OnStop on_stop);
     // After a touch at `contact` of a move from `start`: back until the probe is open, and on to a place before the touch.
     void retract(const Point& contact, const Point& start);
     // Guarded both ways: until the probe opens, then until it closes.
-    void back_off(const Point& target);
+    void back_off(const Point& target, OnStop on_stop);
     // Whether a probe that is closed where nothing should be was only bouncing.
     [[nodiscard]] bool opens_soon();
     [[nodiscard]] Point rounded(const Point& machine) const;
+    // mm: the longest step of an axis, and the last digit of what the machine reports.
+    [[nodiscard]] double step() const;
+    [[nodiscard]] double last_digit() const;
     // mm: how exactly the machine can say where it is.
     [[nodiscard]] double tolerance() const;
+    // Whether the tool is at that machine position, as far as the machine can tell. Steps that are coarser than what it was told, and
+    // digits that are coarser than its steps (inches), keep it from saying so exactly.
+    [[nodiscard]] bool is_at(const Point& target) const;
 
     grbl::Controller controller_;
     const GrblOptions options_;
     const std::stop_token stop_;
     Point position_ = Point::Zero();  // mm, machine coordinates
     std::optional<grbl::ProbeReport> last_;
-    bool stopping_ = false;
 };
 
 }  // namespace palpate

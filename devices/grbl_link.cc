@@ -35,7 +35,7 @@ std::optional<Message> Link::receive(std::chrono::nanoseconds until) {
     while (true) {
         if (const auto line = buffer_.next()) {
             remember('<', *line);
-            return parse(*line);
+            return parse(*line, decimals_);
         }
         const auto left = until - clock_.now();
         const std::string bytes = stream_.read(rounded_up(left));

@@ -2,6 +2,7 @@
 #pragma once
 
 #include <deque>
+#include <optional>
 #include <string>
 
 #include "devices/byte_stream.h"
@@ -27,6 +28,9 @@ public:
     // Throws away all that has come, and all that comes until the line is quiet for that long.
     void drain(std::chrono::milliseconds quiet);
 
+    // How many decimals coordinates have from now on; a line with others is damaged.
+    void expect_decimals(std::size_t decimals) { decimals_ = decimals; }
+
     [[nodiscard]] std::chrono::nanoseconds now() const { return clock_.now(); }
     [[nodiscard]] std::string name() const { return stream_.name(); }
     // The last lines both ways, oldest first, for a message: " > G38.3…", " < ok".
@@ -39,6 +43,7 @@ private:
     Clock& clock_;
     LineBuffer buffer_;
     std::deque<std::string> history_;
+    std::optional<std::size_t> decimals_;
 };
 
 }  // namespace palpate::grbl

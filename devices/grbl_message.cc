@@ -21,12 +21,12 @@ std::vector<std::string_view> split(std::string_view text, char separator) {
 bool is_digit(char c) { return c >= '0' && c <= '9'; }
 
 // [-]digits.ddd or [-]digits.dddd
-std::optional<double> parse_coordinate(std::string_view text) {
+std::optional<double> parse_coordinate(std::string_view text, std::optional<std::size_t> expected_decimals) {
     const std::string_view digits = text.substr(!text.empty() && text.front() == '-' ? 1 : 0);
     const std::size_t point = digits.find('.');
     if (point == std::string_view::npos || point == 0) return std::nullopt;
     const std::size_t decimals = digits.size() - point - 1;
-    if (decimals != 3 && decimals != 4) return std::nullopt;
+    if (expected_decimals ? decimals != *expected_decimals : decimals != 3 && decimals != 4) return std::nullopt;
     for (std::size_t k = 0; k < digits.size(); ++k) {
         if (k != point && !is_digit(digits[k])) return std::nullopt;
     }
@@ -43,15 +43,15 @@ std::optional<int> parse_int(std::string_view text) {
     return value;
 }
 
-Message parse_probe(std::string_view body, std::string_view line) {
+Message parse_probe(std::string_view body, std::string_view line, std::optional<std::size_t> decimals) {
     const std::size_t colon = body.rfind(':');
-    const auto position = parse_coordinates(body.substr(0, colon));
+    const auto position = parse_coordinates(body.substr(0, colon), decimals);
     const std::string_view flag = colon == std::string_view::npos ? std::string_view() : body.substr(colon + 1);
     if (!position || (flag != "0" && flag != "1")) return Unknown{std::string(line)};
     return ProbeReport{*position, flag == "1"};
 }
 
-Message parse_status(std::string_view line) {
+Message parse_status(std::string_view line, std::optional<std::size_t> decimals) {
     const Unknown damaged{std::string(line)};
     const auto fields = split(line.substr(1, line.size() - 2), '|');
     static constexpr std::array<std::string_view, 10> kStates = {"Idle", "Run",   "Hold",  "Alarm", "Home",
@@ -69,7 +69,7 @@ Message parse_status(std::string_view line) {
         const std::string_view key = fields[k].substr(0, colon);
         const std::string_view value = colon == std::string_view::npos ? std::string_view() : fields[k].substr(colon + 1);
         const auto place = [&](std::optional<Point>& into) {
-            into = parse_coordinates(value);
+            into = parse_coordinates(value, decimals);
             return into.has_value();
         };
         bool good = true;
@@ -102,19 +102,19 @@ std::string meaning(const std::array<Meaning, N>& meanings, int code, const char
 
 }  // namespace
 
-std::optional<Point> parse_coordinates(std::string_view text) {
+std::optional<Point> parse_coordinates(std::string_view text, std::optional<std::size_t> decimals) {
     const auto parts = split(text, ',');
     if (parts.size() < 3) return std::nullopt;  // machines with more axes report more
     Point p;
     for (std::size_t axis = 0; axis < parts.size(); ++axis) {
-        const auto value = parse_coordinate(parts[axis]);
+        const auto value = parse_coordinate(parts[axis], decimals);
         if (!value) return std::nullopt;
         if (axis < 3) p[static_cast<Eigen::Index>(axis)] = *value;
     }
     return p;
 }
 
-Message parse(std::string_view line) {
+Message parse(std::string_view line, std::optional<std::size_t> decimals) {
     const Unknown unknown{std::string(line)};
     if (line == "ok") return Ok{};
     if (line.starts_with("error:") || line.starts_with("ALARM:")) {
@@ -128,12 +128,12 @@ Message parse(std::string_view line) {
         while (!version.empty() && version.back() == ' ') version.remove_suffix(1);
         return Banner{std::string(version)};
     }
-    if (line.size() >= 2 && line.front() == '<' && line.back() == '>') return parse_status(line);
+    if (line.size() >= 2 && line.front() == '<' && line.back() == '>') return parse_status(line, decimals);
     if (line.size() >= 2 && line.front() == '[' && line.back() == ']') {
         const std::string_view body = line.substr(1, line.size() - 2);
         const std::size_t colon = body.find(':');
         if (colon == std::string_view::npos) return unknown;
-        if (body.substr(0, colon) == "PRB") return parse_probe(body.substr(colon + 1), line);
+        if (body.substr(0, colon) == "PRB") return parse_probe(body.substr(colon + 1), line, decimals);
         return Feedback{std::string(body.substr(0, colon)), std::string(body.substr(colon + 1))};
     }
     if (line.size() >= 2 && line.front() == '$' && is_digit(line[1])) {

@@ -55,11 +55,12 @@ struct Unknown {
 using Message = std::variant<Ok, Error, Alarm, Banner, ProbeReport, Status, Setting, Feedback, Unknown>;
 
 // One line without its end. Strict: a number has the three decimals that the firmware prints in millimetres, or the four it prints
-// in inches, so that a lost byte makes the line Unknown instead of another number. Throws nothing.
-[[nodiscard]] Message parse(std::string_view line);
+// in inches, so that a lost byte makes the line Unknown instead of another number. `decimals`: which of the two, once that is known.
+// Throws nothing.
+[[nodiscard]] Message parse(std::string_view line, std::optional<std::size_t> decimals = {});
 
 // "1.000,-2.000,3.500"; nothing unless it is three such numbers.
-[[nodiscard]] std::optional<Point> parse_coordinates(std::string_view text);
+[[nodiscard]] std::optional<Point> parse_coordinates(std::string_view text, std::optional<std::size_t> decimals = {});
 
 // Bytes to lines; ends of lines are CR LF, CR or LF, and empty lines are dropped.
 class LineBuffer {

@@ -84,6 +84,25 @@ TEST(GrblMessage, ALostByteDoesNotMakeAnotherContact) {
     }
 }
 
+// Of four decimals one may get lost; who knows the units knows that.
+TEST(GrblMessage, OtherDecimalsThanTheUnitsHaveAreDamage) {
+    const auto is_read = [](std::string_view line, std::size_t decimals) {
+        return !std::holds_alternative<Unknown>(parse(line, decimals));
+    };
+    for (const std::string line :
+         {"[PRB:0.3937,0.0000,-1.0000:1]", "<Idle|WPos:0.3937,0.0000,-1.0000|FS:0.0,0|WCO:0.0000,0.0000,0.0000>"}) {
+        EXPECT_TRUE(is_read(line, 4));
+        EXPECT_FALSE(is_read(line, 3));
+        for (const std::size_t digit : {line.find("37"), line.find("00,"), line.find("-1.00") + 3}) {
+            std::string damaged = line;
+            damaged.erase(digit, 1);
+            EXPECT_FALSE(is_read(damaged, 4)) << damaged;
+        }
+    }
+    EXPECT_TRUE(is_read("[PRB:0.393,0.000,-1.000:1]", 3));
+    EXPECT_FALSE(is_read("[PRB:0.393,0.000,-1.000:1]", 4));
+}
+
 TEST(GrblMessage, LinesEndWithAnyEndOfLine) {
     LineBuffer buffer;
     buffer.append("ok\r\n[MSG:a]\nerr");
