@@ -149,7 +149,7 @@ MoveResult GrblDevice::guarded_move(const Point& target, Pace pace) {
     if (end.repeated) result.events.push_back({DeviceEvent::Kind::repeated_command, result.position});
     if (!end.report.contact) return result;
     result.outcome = MoveResult::Outcome::contact;
-    result.held = end.place.probe_closed;
+    result.held = holds(end, start, feed);
     retract(end.report.position, start);
     return result;
 }
@@ -204,7 +204,6 @@ std::optional<GrblDevice::ProbeEnd> GrblDevice::wait_for_end(const Segment& way,
         }
         // An `ok` before any report is an older command's.
         if (std::holds_alternative<grbl::Ok>(*message) && report) {
-            if (report->contact) (void)controller_.next(now() + kSpark);
             const Place place = controller_.place();
             if (place.state == "Idle") return ProbeEnd{*report, place};
             report.reset();  // an older command's: this one is still under way
@@ -224,6 +223,18 @@ std::optional<GrblDevice::ProbeEnd> GrblDevice::wait_for_end(const Segment& way,
             return std::nullopt;
         }
     }
+}
+
+// Whether it is the touch that holds the probe closed, and no spark. A tool that was fast needed longer than a spark to stop.
+bool GrblDevice::holds(const ProbeEnd& end, const Point& start, double feed_mm_per_s) {
+    if (!end.place.probe_closed) return false;
+    const Kinematics& k = options_.kinematics;
+    const double way = (end.report.position - start).norm();
+    const double speed = std::min(feed_mm_per_s, std::sqrt(2 * k.acceleration_mm_per_s2 * way));
+    const auto stopping = std::chrono::duration_cast<std::chrono::nanoseconds>(k.latency + Seconds(speed / k.acceleration_mm_per_s2));
+    if (stopping >= kSpark) return true;
+    (void)controller_.next(controller_.link().now() + kSpark - stopping);
+    return controller_.place().probe_closed;
 }
 
 bool GrblDevice::is_off(const Segment& way, const Place& place) const {

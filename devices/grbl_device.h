@@ -64,6 +64,8 @@ private:
     ProbeEnd run_probe(const std::string& word, const Point& target, double feed_mm_per_s, OnStop on_stop);
     // Nothing if the machine stands and its answer did not come.
     [[nodiscard]] std::optional<ProbeEnd> wait_for_end(const Segment& way, std::chrono::nanoseconds longest, OnStop on_stop);
+    // Whether the probe stayed closed after a contact (MoveResult::held).
+    [[nodiscard]] bool holds(const ProbeEnd& end, const Point& start, double feed_mm_per_s);
     // Then: what did it do? Nothing if it never heard the command.
     [[nodiscard]] std::optional<ProbeEnd> find_out(const Point& start, const grbl::ProbeReport& before);
     // An answer that cannot be true is never passed on. Throws BadAnswer.

@@ -109,8 +109,7 @@ MachineReport report_on(GrblDevice& device) {
     reporter.add(kReportInches, "reports in inches", "", [](double inches) {
         return inches == 1 ? "inches have a coarser last digit: say $13=0, or machine.resolution: 0.00254 or more" : "";
     });
-    reporter.add(kSoftLimits, "soft limits", "",
-                 [](double on) { return on == 0 ? "off: only machine.limits keeps the tool from the ends of its travel" : ""; });
+    reporter.add(kSoftLimits, "soft limits (ours are machine.limits)", "", nothing_wrong);
     reporter.add(kHardLimits, "hard limits", "", nothing_wrong);
     reporter.add(kHomingCycle, "homing", "", [&](double on) {
         return on == 0 && device.options().homing != Homing::skip

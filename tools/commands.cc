@@ -95,7 +95,7 @@ ExitCode check_machine(const CheckCommand& command, const SessionConfig& config,
         good &= inside;
     }
     out << (good ? "all is good; nothing has moved\n" : "mend what an arrow points at; nothing has moved\n");
-    return good ? ExitCode::done : ExitCode::incomplete;
+    return good ? ExitCode::done : ExitCode::usage;
 }
 
 }  // namespace

@@ -19,6 +19,9 @@ constexpr double kSamplesPerBound = 1.75;
 // An estimate is never the end.
 constexpr double kAlmostDone = 0.99;
 
+// So often Ŝ is refined around a touch that no facet uses.
+constexpr int kMaxRepairs = 24;
+
 constexpr const char* kTooClose = "Run: a sample would break the packing bound that termination rests on";
 
 // Balls of half the spacing around samples are disjoint and lie in ω, grown by half the spacing.
@@ -204,7 +207,10 @@ bool Run::repair_defects() {
     };
     for (const Defect& defect : analyse_topology(surface.mesh).defects) refine_largest(defect.facets);
     // A touch that no facet uses is a defect as well: Ŝ is too coarse to see what was touched.
-    for (const std::uint32_t sample : unrepresented(surface)) refine_largest(facets_near(surface, sample));
+    // But it may be a false touch, which nothing will ever join to Ŝ: on a machine, touches around it are not for nothing.
+    for (const std::uint32_t sample : unrepresented(surface)) {
+        if (++repairs_[sample] <= kMaxRepairs) refine_largest(facets_near(surface, sample));
+    }
     std::sort(to_refine.rbegin(), to_refine.rend());
     bool changed = false;
     for (const Bad& ball : to_refine) changed |= refine(ball, Touch::Role::repair, criteria_.repair_spacing());

@@ -1,6 +1,7 @@
 // One run of the planner: state, tool, exploration and criteria wired into the loop of thesis 8.2.
 #pragma once
 
+#include <map>
 #include <optional>
 #include <set>
 #include <string>
@@ -79,9 +80,10 @@ private:
     MaintainedDelaunay state_;
     Tool tool_;
     Exploration exploration_;
-    std::optional<Growth> growth_;     // with a bound on the reach
-    std::vector<Bad> bad_;             // heap
-    std::set<std::uint32_t> faceted_;  // first touches that were given a seed facet, or for which that was tried
+    std::optional<Growth> growth_;          // with a bound on the reach
+    std::vector<Bad> bad_;                  // heap
+    std::set<std::uint32_t> faceted_;       // first touches that were given a seed facet, or for which that was tried
+    std::map<std::uint32_t, int> repairs_;  // of Ŝ around touches that no facet used
     std::size_t max_samples_ = 0;
     Point touched_min_;
     Point touched_max_;
