@@ -295,10 +295,18 @@ void Controller::stop() {
     }
 }
 
-void Controller::home() {
+void Controller::home(const std::stop_token& stop) {
     link_.send("$H");
     const auto until = link_.now() + kHomingTime;
-    while (const auto message = next(until)) {
+    while (link_.now() < until) {
+        if (stop.stop_requested()) {
+            // Homing cannot be held, only ended; where the tool is, nobody knows then.
+            reset();
+            state_ = State::lost;
+            throw Stopped("homing on " + link_.name() + " was stopped by the operator; the position is lost: home again, then resume");
+        }
+        const auto message = next(link_.now() + kPollInterval);
+        if (!message) continue;
         if (const auto* error = std::get_if<Error>(&*message)) fail(*error);
         if (!is<Ok>(*message)) continue;
         // An older command's `ok` may come first: the machine itself says whether it has homed.

@@ -10,6 +10,7 @@
 #include <functional>
 #include <map>
 #include <optional>
+#include <stop_token>
 #include <string>
 #include <vector>
 
@@ -47,7 +48,8 @@ public:
     // Waits for the controller to answer, for a motion that an earlier host began to end, and reads all it says of itself. Moves nothing.
     void connect();
     // $H, as long as that takes. REQUIRES: locked or idle.
-    void home();
+    // Throws Stopped once `stop` is requested.
+    void home(const std::stop_token& stop);
     // $X. REQUIRES: locked.
     void unlock();
     // Feed hold, standstill, reset, banner: the way to stop that keeps the position. Does nothing if nothing moves.

@@ -79,7 +79,7 @@ void GrblDevice::make_ready() {
     const bool is_locked = controller_.state() == grbl::State::locked;
     const bool is_unhomed = controller_.place().homed == false;
     if (options_.homing == Homing::run && (is_locked || is_unhomed)) {
-        controller_.home();
+        controller_.home(stop_);
     } else if (options_.homing == Homing::require && (is_locked || is_unhomed)) {
         throw DeviceAlarm(
             0, "the machine on " + name + (is_locked ? " is locked" : " is not homed") +

@@ -5,6 +5,8 @@
 namespace palpate::grbl {
 namespace {
 
+// A controller that reports by itself may never be quiet; nobody waits for that longer.
+constexpr auto kFlood = std::chrono::seconds(1);
 constexpr std::size_t kRemembered = 12;  // lines: a probing move with its reports
 
 std::chrono::milliseconds rounded_up(std::chrono::nanoseconds time) {
@@ -32,7 +34,7 @@ void Link::send_realtime(char byte) {
 }
 
 std::optional<Message> Link::receive(std::chrono::nanoseconds until) {
-    while (true) {
+    while (clock_.now() <= until + kFlood) {
         if (const auto line = buffer_.next()) {
             remember('<', *line);
             return parse(*line, decimals_);
@@ -42,10 +44,12 @@ std::optional<Message> Link::receive(std::chrono::nanoseconds until) {
         buffer_.append(bytes);
         if (bytes.empty() && left.count() <= 0) return std::nullopt;
     }
+    return std::nullopt;
 }
 
 void Link::drain(std::chrono::milliseconds quiet) {
-    while (receive(now() + quiet)) {
+    const auto until = now() + kFlood;
+    while (now() < until && receive(now() + quiet)) {
     }
 }
 

@@ -23,9 +23,9 @@ public:
 
     void send(const std::string& line);
     void send_realtime(char byte);
-    // The next line, waiting for it until then; nothing if none came.
+    // The next line, waiting for it until then; nothing if none came, or if lines have come without end since then.
     [[nodiscard]] std::optional<Message> receive(std::chrono::nanoseconds until);
-    // Throws away all that has come, and all that comes until the line is quiet for that long.
+    // Throws away all that has come, and all that comes until the line is quiet for that long, or for a second.
     void drain(std::chrono::milliseconds quiet);
 
     // How many decimals coordinates have from now on; a line with others is damaged.

@@ -88,8 +88,13 @@ JournalWriter JournalWriter::create(const fs::path& file, const JournalHeader& h
     if (fs::file_size(file, error) > 0 || error) {
         throw JournalError(file.string() + ": holds a session already; choose another folder, or resume it");
     }
-    writer.append_line(R"("palpate":"journal","schema":1,"config":)" + quoted(header.config) + R"(,"start":)" + place(header.start) +
-                       R"(,"machine":)" + quoted(header.machine));
+    try {
+        writer.append_line(R"("palpate":"journal","schema":1,"config":)" + quoted(header.config) + R"(,"start":)" + place(header.start) +
+                           R"(,"machine":)" + quoted(header.machine));
+    } catch (...) {
+        fs::remove(file, error);  // nothing began
+        throw;
+    }
     sync_folder(file);
     return writer;
 }

@@ -2,12 +2,13 @@
 #pragma once
 
 #include <iosfwd>
+#include <stop_token>
 #include <string>
 
 namespace palpate {
 
-// Shows what is about to happen, and asks for "yes" on a terminal; `given` (--yes) is that answer. Throws SetupError if the answer is
-// another one, or there is nobody to ask.
-void ask_consent(const std::string& what_will_move, bool given, std::istream& in, std::ostream& out, bool in_is_terminal);
+// Shows what is about to happen, and asks for "yes" on a terminal, the file descriptor `in`; `given` (--yes) is that answer. Throws
+// SetupError if the answer is another one, if a stop is requested meanwhile, or if there is nobody to ask.
+void ask_consent(const std::string& what_will_move, bool given, int in, std::ostream& out, const std::stop_token& stop);
 
 }  // namespace palpate

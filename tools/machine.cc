@@ -1,7 +1,10 @@
 #include "tools/machine.h"
 
+#include <sstream>
+
 #include "config/modbus_profile_reader.h"
 #include "devices/grbl_report.h"
+#include "devices/modbus_bits.h"
 
 namespace palpate {
 namespace {
@@ -30,7 +33,7 @@ MachineReport to_report(const ModbusReport& said, const Point& origin) {
         report.settings.push_back({name, good ? value : otherwise, good ? "" : problem});
     };
     add("homed", said.is_homed, "yes", "no", "home it at its own panel: nobody knows where the tool is");
-    add("fault", said.fault_code == 0, "none", "there is one", "clear its cause; the lines above say which");
+    report.settings.push_back({"fault", said.lines().back(), said.fault_code == 0 ? "" : "clear its cause"});
     add("probe", !said.is_probe_closed, "open", "closed", "free it, or look at its lead");
     return report;
 }
@@ -61,9 +64,26 @@ void Machine::retreat(const Point& target) { grbl_ ? grbl_->retreat(target) : mo
 bool Machine::is_probe_closed() { return grbl_ ? grbl_->is_probe_closed() : modbus_->report().is_probe_closed; }
 
 bool Machine::is_position_trusted() {
-    return grbl_ ? grbl_->controller().state() == grbl::State::idle : modbus_->report().is_homed && modbus_->report().fault_code == 0;
+    if (grbl_) {
+        const grbl::Place place = grbl_->controller().place();
+        return grbl_->controller().state() == grbl::State::idle && place.homed != false && !place.probe_unplugged;
+    }
+    // A controller that stopped because its host fell silent knows where it is.
+    const ModbusReport report = modbus_->report();
+    return report.is_homed && (report.fault_code == 0 || report.fault_code == cia402::kHeartbeatFault);
 }
 
 MachineReport Machine::report() { return grbl_ ? report_on(*grbl_) : to_report(modbus_->report(), origin_); }
+
+std::string describe_plan(const MachineConfig& config, const MachineReport& report, const std::string& what) {
+    std::ostringstream out;
+    out << "machine    " << report.identity << "\nstate      " << report.state << ", at (" << report.position.transpose() << ") mm\n"
+        << what;
+    const bool needs_homing = report.state.rfind("Alarm", 0) == 0 || report.state.find("not homed") != std::string::npos;
+    if (config.homing == Homing::run && needs_homing) {
+        out << "\nIt will be homed first, unguarded, from where it is: make sure that the way of the homing cycle is free.";
+    }
+    return out.str();
+}
 
 }  // namespace palpate

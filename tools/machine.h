@@ -3,6 +3,7 @@
 
 #include <memory>
 #include <stop_token>
+#include <string>
 #include <variant>
 
 #include "config/machine_config.h"
@@ -34,5 +35,8 @@ private:
     std::unique_ptr<GrblDevice> grbl_;      // one of the two
     std::unique_ptr<ModbusDevice> modbus_;  // is there
 };
+
+// What the operator is asked to agree to: the machine, where its tool is, `what` it will do, and homing if that comes first.
+[[nodiscard]] std::string describe_plan(const MachineConfig& config, const MachineReport& report, const std::string& what);
 
 }  // namespace palpate

@@ -26,11 +26,13 @@ namespace {
 
 namespace fs = std::filesystem;
 
-void ask(const std::string& what_will_move, bool yes) { ask_consent(what_will_move, yes, std::cin, std::cerr, isatty(STDIN_FILENO) == 1); }
+void ask(const std::string& what_will_move, bool yes, const StopSignals& signals) {
+    ask_consent(what_will_move, yes, STDIN_FILENO, std::cerr, signals.token());
+}
 
 SessionHost host_for(bool yes, const StopSignals& signals) {
     SessionHost host;
-    host.ask = [yes](const std::string& plan) { ask(plan, yes); };
+    host.ask = [yes, &signals](const std::string& plan) { ask(plan, yes, signals); };
     host.say = [](const std::string& sentence) { spdlog::info("{}", sentence); };
     host.stop = signals.token();
     return host;
@@ -73,6 +75,13 @@ ExitCode run(const ProbeCommand& command, std::ostream& out) {
     const StopSignals signals;
     const SessionConfig config = read_config(command.config, command.overrides);
     (void)machine_workspace(config);
+    // What was left of a session that never began is in nobody's way.
+    const fs::path journal = command.folder / "journal.jsonl";
+    std::error_code nothing_there;
+    if (!fs::exists(journal) || fs::file_size(journal, nothing_there) == 0) {
+        fs::remove(journal, nothing_there);
+        if (!fs::exists(command.folder / "mesh.ply")) fs::remove(command.folder / "config.yaml", nothing_there);
+    }
     prepare_session_folder(command.folder, false);
     write_file(command.folder / "config.yaml", write_config(config));
     try {
@@ -102,13 +111,19 @@ ExitCode run(const TouchCommand& command, std::ostream& out) {
     const MachineConfig& machine_config = *config.machine;
     const Point from = point_of(command.from, "--from");
     const Point to = point_of(command.to, "--to");
+    for (const Point& p : {from, to}) {
+        const Box& limits = machine_config.limits;
+        if (p.allFinite() && (p.array() >= limits.min.array()).all() && (p.array() <= limits.max.array()).all()) continue;
+        throw SetupError("(" + text(p) + ") mm is outside machine.limits, (" + text(limits.min) + ") to (" + text(limits.max) + ") mm");
+    }
     Machine machine(machine_config, signals.token());
     LimitedDevice limited(machine.device(), machine_config.limits, machine_config.kinematics.resolution_mm);
     MultiTouchDevice device(limited, machine_config.touch, machine_config.kinematics.retract_mm);
     const MachineReport report = machine.report();
-    ask("machine    " + report.identity + "\nstate      " + report.state + ", at " + text(report.position) +
-            " mm\nIt will move, guarded, straight to " + text(from) + " mm, then towards " + text(to) + " mm until it touches, and back.",
-        command.yes);
+    ask(describe_plan(
+            machine_config, report,
+            "It will move, guarded, straight to (" + text(from) + ") mm, then towards (" + text(to) + ") mm until it touches, and back."),
+        command.yes, signals);
     machine.make_ready();
     const MoveResult there = device.guarded_move(from, Pace::travel);
     if (there.outcome != MoveResult::Outcome::reached) throw UnexpectedContact(there.position, "the way to --from");

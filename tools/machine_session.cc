@@ -47,16 +47,11 @@ std::string config_digest(const std::filesystem::path& folder) {
     return digest({std::istreambuf_iterator<char>(in), std::istreambuf_iterator<char>()});
 }
 
-std::string plan(const SessionConfig& config, const MachineReport& report, const char* what) {
-    std::ostringstream out;
-    out << "machine    " << report.identity << "\nstate      " << report.state << ", at " << text(report.position) << " mm\n" << what;
-    if (config.machine->homing == Homing::run && report.state.rfind("Alarm", 0) == 0) {
-        out << "\nIt will be homed first, from where it is: make sure that the way of the homing cycle is free.";
+void check_start(const Workspace& workspace, const Box& limits, const Point& start) {
+    if (!(start.array() >= limits.min.array()).all() || !(start.array() <= limits.max.array()).all()) {
+        throw SetupError("the tool is at " + text(start) + " mm, outside machine.limits, " + text(limits.min) + " to " + text(limits.max) +
+                         " mm: move it inside them by hand, then start again");
     }
-    return out.str();
-}
-
-void check_start(const Workspace& workspace, const Point& start) {
     if (!workspace.contains(start)) return;
     throw SetupError("the tool is inside the workspace, at " + text(start) +
                      " mm, where no way is known to be free: move it outside by hand, then start again");
@@ -82,7 +77,20 @@ MachineRun plan_on(JournalingDevice& journal, const SessionConfig& config, const
     return run;
 }
 
-MachineRun finish(MachineRun run, JournalWriter& writer) {
+// The tool does not stay in the part: the next session has to begin outside.
+MachineRun finish(MachineRun run, JournalWriter& writer, GuardedMachine& guarded, const SessionConfig& config, const Workspace& workspace,
+                  const SessionHost& host) {
+    writer.append(JournalEnd{run.planner_seconds, run.oracle_seconds});
+    try {
+        leave_work(guarded.machine(), guarded.device(), writer.read(), workspace, *config.machine);
+    } catch (const DeviceError& error) {
+        host.say(std::string("the session is finished, but the tool could not be brought out of the workspace: ") + error.what());
+    }
+    return run;
+}
+
+// All was in the journal but its end.
+MachineRun finish_without_machine(MachineRun run, JournalWriter& writer) {
     writer.append(JournalEnd{run.planner_seconds, run.oracle_seconds});
     return run;
 }
@@ -118,13 +126,16 @@ MachineRun start_session(const SessionConfig& config, const std::filesystem::pat
     const Workspace workspace = machine_workspace(config);
     GuardedMachine guarded(*config.machine, host.stop);
     const MachineReport report = guarded.machine().report();
-    host.ask(plan(config, report, "It will move, guarded, around and into the workspace until it has found the part's shape."));
+    // Homing moves it elsewhere; otherwise nobody need be asked about a session that cannot begin.
+    if (guarded.machine().is_position_trusted()) check_start(workspace, config.machine->limits, report.position);
+    host.ask(describe_plan(*config.machine, report,
+                           "It will move, guarded, around and into the workspace until it has found the part's shape."));
     guarded.machine().make_ready();
     const JournalHeader header{config_digest(folder), guarded.device().position(), report.identity};
-    check_start(workspace, header.start);
+    check_start(workspace, config.machine->limits, header.start);
     JournalWriter writer = JournalWriter::create(folder / kJournal, header);
     JournalingDevice journal(Journal{header}, &writer, [&](const Point&) -> ProbeDevice& { return guarded.device(); });
-    return finish(plan_on(journal, config, workspace, host), writer);
+    return finish(plan_on(journal, config, workspace, host), writer, guarded, config, workspace, host);
 }
 
 MachineRun replay_session(const SessionConfig& config, const std::filesystem::path& folder, const SessionHost& host) {
@@ -155,8 +166,8 @@ MachineRun resume_session(const SessionConfig& config, const std::filesystem::pa
         std::uint64_t resumptions = record.resumptions;
         JournalingDevice journal(record, &writer, [&](const Point& next_target) -> ProbeDevice& {
             guarded.emplace(*config.machine, host.stop);
-            host.ask(plan(config, guarded->machine().report(),
-                          "It will go back to where the session ended, touch a known place again, and go on."));
+            host.ask(describe_plan(*config.machine, guarded->machine().report(),
+                                   "It will go back to where the session ended, touch a known place again, and go on."));
             const Confirmation found =
                 return_to_work(guarded->machine(), guarded->device(), record, workspace, *config.machine, next_target);
             writer.append_resumed(found.contact_line, found.offset_mm);
@@ -166,7 +177,8 @@ MachineRun resume_session(const SessionConfig& config, const std::filesystem::pa
         try {
             MachineRun run = plan_on(journal, config, workspace, host);
             run.resumptions = resumptions;
-            return finish(std::move(run), writer);
+            if (!guarded) return finish_without_machine(std::move(run), writer);
+            return finish(std::move(run), writer, *guarded, config, workspace, host);
         } catch (const UnexpectedContact& contact) {
             // The session had halted at a touch where space was free. The machine is asked again, once.
             if (journal.is_live() || again) throw;

@@ -5,6 +5,7 @@
 #include <unistd.h>
 
 #include <CLI/CLI.hpp>
+#include <csignal>
 #include <iostream>
 
 #include "tools/commands.h"
@@ -20,6 +21,9 @@ static void occupy_standard_streams() {
 int main(int argc, char** argv) {
     using namespace palpate;
     occupy_standard_streams();
+    // A full disk and a reader that is gone are errors like others, not the end of a process that moves a machine.
+    std::signal(SIGXFSZ, SIG_IGN);
+    std::signal(SIGPIPE, SIG_IGN);
     const auto log = spdlog::stderr_color_mt("palpate");
     log->set_pattern("%n: %^%l%$: %v");
     spdlog::set_default_logger(log);

@@ -29,6 +29,7 @@ public:
     Confirmation run(const Point& next_target) {
         const Point rest = journal_.last_rest();
         const Point at = guarded_.position();
+        check_limits(at);
         const double beside = std::max(kBesideWay, 2 * DeviceOracle::kGraze * config_.touch_error());
         if (machine_.is_position_trusted() && distance_to({rest, next_target}, at) <= beside) {
             // The machine ended by itself what was under way, perhaps on the surface.
@@ -42,7 +43,18 @@ public:
         return confirm();
     }
 
+    // Out of ω again, over ways that were gone.
+    void leave() { go(trail_.way(journal_.last_rest(), journal_.header.start)); }
+
 private:
+    // The limits are a box: what leads from one place in it to another stays in it.
+    void check_limits(const Point& at) const {
+        const Box& limits = config_.limits;
+        const double rounding = config_.kinematics.resolution_mm;
+        if ((at.array() >= limits.min.array() - rounding).all() && (at.array() <= limits.max.array() + rounding).all()) return;
+        throw OutOfLimits("the tool is at " + text(at) + " mm, outside machine.limits: move it inside them by hand, then resume");
+    }
+
     void go(const Point& target) {
         if (guarded_.position() == target) return;
         const MoveResult result = guarded_.guarded_move(target, Pace::travel);
@@ -112,6 +124,10 @@ private:
 Confirmation return_to_work(Machine& machine, ProbeDevice& guarded, const Journal& journal, const Workspace& workspace,
                             const MachineConfig& config, const Point& next_target) {
     return Return(machine, guarded, journal, workspace, config).run(next_target);
+}
+
+void leave_work(Machine& machine, ProbeDevice& guarded, const Journal& journal, const Workspace& workspace, const MachineConfig& config) {
+    Return(machine, guarded, journal, workspace, config).leave();
 }
 
 }  // namespace palpate

@@ -23,4 +23,7 @@ struct Confirmation {
 [[nodiscard]] Confirmation return_to_work(Machine& machine, ProbeDevice& guarded, const Journal& journal, const Workspace& workspace,
                                           const MachineConfig& config, const Point& next_target);
 
+// From where a session ended back to where it began, outside ω, so that the next can begin there. Throws as above.
+void leave_work(Machine& machine, ProbeDevice& guarded, const Journal& journal, const Workspace& workspace, const MachineConfig& config);
+
 }  // namespace palpate

@@ -50,7 +50,7 @@ void prepare_session_folder(const fs::path& folder, bool force) {
     for (const char* file : kSessionFiles) {
         if (!force && fs::exists(folder / file, error)) {
             throw OutputError(folder.string() + ": holds a session already (" + file +
-                              "); choose another folder, or give --force to replace it");
+                              "); choose another folder, resume it, or (simulate) give --force to replace it");
         }
     }
     fs::create_directories(folder, error);

@@ -11,6 +11,10 @@ constexpr std::string_view kFeedUnit = "mm/s";
 constexpr std::array<std::string_view, 3> kHomingWords{"require", "run", "skip"};
 constexpr std::array<std::string_view, 3> kParityWords{"none", "even", "odd"};
 constexpr std::array<char, 3> kParities{'N', 'E', 'O'};
+// mm/s: a controller of the GRBL family takes whole mm/min, and here 1 at least.
+constexpr Bounds kFeedBounds{0.02};
+// Less of a retract than that is lost in rounding.
+constexpr double kLeastRetract = 5.0;  // resolutions
 constexpr int kMaxPort = 65535;
 constexpr int kMaxUnit = 247;
 constexpr int kMaxBaud = 4'000'000;
@@ -55,10 +59,10 @@ ModbusSpec read_modbus(Section& section, const std::filesystem::path& folder) {
 
 Feeds read_feeds(Section& section) {
     Feeds feeds;
-    feeds.travel_mm_per_s = section.number({"travel", "between touches", Need::optional, kFeedUnit}, kPositive, feeds.travel_mm_per_s);
-    feeds.probe_mm_per_s = section.number({"probe", "towards a touch", Need::optional, kFeedUnit}, kPositive, feeds.probe_mm_per_s);
+    feeds.travel_mm_per_s = section.number({"travel", "between touches", Need::optional, kFeedUnit}, kFeedBounds, feeds.travel_mm_per_s);
+    feeds.probe_mm_per_s = section.number({"probe", "towards a touch", Need::optional, kFeedUnit}, kFeedBounds, feeds.probe_mm_per_s);
     feeds.touch_mm_per_s =
-        section.number({"touch", "where a touch is measured again", Need::optional, kFeedUnit}, kPositive, feeds.touch_mm_per_s);
+        section.number({"touch", "where a touch is measured again", Need::optional, kFeedUnit}, kFeedBounds, feeds.touch_mm_per_s);
     return feeds;
 }
 
@@ -136,6 +140,8 @@ MachineConfig read_machine(Section& section, const std::filesystem::path& folder
         machine.datum_tolerance_mm);
     section.require_one_alternative();
     require_stopping(section, k);
+    section.require(k.retract_mm >= kLeastRetract * k.resolution_mm, "retract",
+                    "is lost in the machine's rounding; allowed: at least 5 x machine.resolution");
     return machine;
 }
 

@@ -117,11 +117,11 @@ MachineConfig random_machine(Random& random) {
     machine.limits.max = machine.limits.min.array() + machine.limits.min.array().abs() + 1;
     const auto share = [&] { return std::uniform_real_distribution<double>(0.01, 10)(random); };
     Kinematics& k = machine.kinematics;
-    k.feeds = {share(), share(), share()};
+    k.feeds = {share() + 0.02, share() + 0.02, share() + 0.02};
     k.acceleration_mm_per_s2 = share();
     k.latency = Seconds(share());
     k.overtravel_mm = 1e4;  // more than any of these feeds needs to stop
-    k.retract_mm = share();
+    k.retract_mm = 50 + share();
     k.resolution_mm = share();
     machine.noise_mm = share();
     machine.touch.samples = static_cast<int>(1 + random() % 100);

@@ -59,6 +59,15 @@ public:
         host_.with([&](VirtualGrbl& grbl) { probes = grbl.counts().probes; });
         return probes;
     }
+    [[nodiscard]] bool place_by_hand(const Point& machine) {
+        bool placed = false;
+        host_.with([&](VirtualGrbl& grbl) {
+            if (tool_.is_moving() || grbl.is_busy()) return;
+            tool_.place(machine);
+            placed = true;
+        });
+        return placed;
+    }
     // As an operator does before homing a machine that has lost its position.
     void move_out_by_hand() {
         host_.with([&](VirtualGrbl&) {
@@ -271,7 +280,7 @@ TEST_F(MachineSession, KilledAHundredTimesAtRandomMomentsItEndsWithTheSameMesh) 
             Process process = start(is_first || !fs::exists(folder_ / name / "journal.jsonl") ? probe(name) : resume(name));
             const bool ends = kills >= kKills || resumptions > 12;
             if (!ends) {
-                std::this_thread::sleep_for(random.uniform(0, 0.6) * whole);
+                std::this_thread::sleep_for(random.uniform(0, 0.3) * whole);
                 process.send(SIGKILL);
             }
             const int code = process.wait();
@@ -434,9 +443,47 @@ TEST_F(MachineSession, NothingMovesWithoutConsent) {
     EXPECT_EQ(machine.audit().moves, 0U);
     EXPECT_EQ(run({"touch", "part.yaml", "--from", "0,0,12", "--to", "0,0,0", "--yes"}), 0) << read("out.txt");
     EXPECT_THAT(read("out.txt"), HasSubstr("contact at 0, 0, 5"));
-    EXPECT_EQ(run({"touch", "part.yaml", "--from", "0,0,12", "--to", "0,0,99", "--yes"}), 3);
-    EXPECT_THAT(read("out.txt"), HasSubstr("limits"));
     expect_safe(machine);
+}
+
+TEST_F(MachineSession, NothingMovesOutsideTheLimitsNotEvenBack) {
+    PortMachine machine(port());
+    const std::vector<std::string> narrow = {"--set", "machine.limits.max=[15, 15, 13]"};  // the tool waits at 14
+    auto words = probe("outside");
+    words.insert(words.end(), narrow.begin(), narrow.end());
+    EXPECT_EQ(run(words), 2);
+    EXPECT_THAT(read("out.txt"), HasSubstr("outside machine.limits"));
+    EXPECT_FALSE(fs::exists(folder_ / "outside/journal.jsonl"));
+    EXPECT_EQ(run({"touch", "part.yaml", "--from", "0,0,12", "--to", "0,0,16", "--yes"}), 2) << "nothing moves for a way that is not whole";
+    EXPECT_EQ(machine.audit().moves, 0U);
+    // A session that was interrupted, and a tool that somebody has moved out of the limits since.
+    Process process = start(probe("away"));
+    while (machine.probes() < 60) std::this_thread::sleep_for(1ms);
+    process.send(SIGKILL);
+    (void)process.wait();
+    machine.host().with([](VirtualGrbl&) {});
+    const std::uint64_t moves = machine.audit().moves;
+    while (!machine.place_by_hand(kOrigin + Point(0, 0, 15.5))) std::this_thread::sleep_for(1ms);
+    EXPECT_EQ(run(resume("away")), 3);
+    EXPECT_THAT(read("out.txt"), HasSubstr("outside machine.limits"));
+    EXPECT_LE(machine.audit().moves, moves + 1) << "what was under way ended, and nothing moved after that";
+}
+
+TEST_F(MachineSession, AFinishedSessionLeavesTheToolOutsideForTheNext) {
+    PortMachine machine(port());
+    ASSERT_EQ(run(probe("first")), 0) << read("out.txt");
+    EXPECT_EQ(run(probe("second")), 0) << read("out.txt");
+    EXPECT_EQ(read("first/mesh.ply"), read("second/mesh.ply"));
+    expect_safe(machine);
+}
+
+TEST_F(MachineSession, AFolderInWhichNoSessionEverBeganIsFree) {
+    fs::create_directories(folder_ / "left");
+    std::ofstream(folder_ / "left/config.yaml") << "left by a process that was killed\n";
+    std::ofstream(folder_ / "left/journal.jsonl").flush();
+    PortMachine machine(port());
+    EXPECT_EQ(run(probe("left")), 0) << read("out.txt");
+    EXPECT_EQ(run(probe("left")), 2) << "now there is one";
 }
 
 TEST_F(MachineSession, ASessionThatCannotBeginSaysWhyAndLeavesNothing) {
