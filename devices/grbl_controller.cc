@@ -130,7 +130,11 @@ std::vector<Message> Controller::ask(const std::string& line, const std::functio
 }
 
 void Controller::fail(const Error& error) {
-    if (state_ == State::probing) state_ = State::idle;
+    if (state_ == State::probing) {
+        // An error of something else, while the tool moves? Nobody will watch it any more.
+        if (is_moving(place())) stop();
+        state_ = State::idle;
+    }
     link_.send("");
     link_.drain(kQuiet);
     if (error.code == 9) {

@@ -187,7 +187,11 @@ std::optional<GrblDevice::ProbeEnd> GrblDevice::wait_for_end(const Segment& way,
         if (stop_.stop_requested() && on_stop != OnStop::finish) stop_and_throw(way.source, on_stop);
         const auto message = controller_.next(poll);
         if (!message) {
-            if (now() - heard > kSilence) controller_.fail_silent("the end of a probing move");
+            if (now() - heard > kSilence) {
+                // It may still hear what it does not answer.
+                controller_.link().send_realtime(grbl::kFeedHold);
+                controller_.fail_silent("the end of a probing move");
+            }
             if (now() > until) {
                 controller_.stop();
                 controller_.give_up();
