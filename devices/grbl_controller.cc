@@ -23,6 +23,8 @@ constexpr auto kHomingTime = 300s;
 constexpr auto kLongestMove = 1000s;
 // Grbl tells the work offset in one report of thirty at least.
 constexpr int kReportsWithOffset = 40;
+// Of a machine at rest, until two agree.
+constexpr int kReadings = 5;
 constexpr double kMillimetresPerInch = 25.4;
 constexpr int kReportInches = 13;
 // Of coordinates that are reported.
@@ -95,7 +97,11 @@ std::optional<Message> Controller::next(std::chrono::nanoseconds until) {
 
 std::optional<Place> Controller::note(const Status& status) {
     const double unit = unit_mm();
-    if (status.offset) work_offset_ = unit * *status.offset;
+    if (status.offset) {
+        const Point offset = unit * *status.offset;
+        is_offset_sure_ = work_offset_ == offset;
+        work_offset_ = offset;
+    }
     if (status.homed) homed_ = status.homed;
     Place place{status.state, status.substate, Point::Zero(), status.probe_closed, status.probe_unplugged, homed_};
     if (status.machine) {
@@ -124,7 +130,11 @@ std::vector<Message> Controller::ask(const std::string& line, const std::functio
 }
 
 void Controller::fail(const Error& error) {
-    if (state_ == State::probing) state_ = State::idle;
+    if (state_ == State::probing) {
+        // An error of something else, while the tool moves? Nobody will watch it any more.
+        if (is_moving(place())) stop();
+        state_ = State::idle;
+    }
     link_.send("");
     link_.drain(kQuiet);
     if (error.code == 9) {
@@ -197,9 +207,10 @@ void Controller::connect() {
     link_.send("");
     link_.drain(kQuiet);
     read_identity();
+    is_offset_sure_ = false;
     work_offset_.reset();  // what came until now was in units not known then
-    for (int k = 0; k < kReportsWithOffset && !work_offset_; ++k) (void)place();
-    if (!work_offset_) fail_silent("a status report with the work offset (WCO)");
+    for (int k = 0; k < 2 * kReportsWithOffset && !is_offset_sure_; ++k) (void)place();
+    if (!is_offset_sure_) fail_silent("a status report with the work offset (WCO)");
     state_ = place().state == "Alarm" ? State::locked : State::idle;
 }
 
@@ -238,6 +249,16 @@ Place Controller::place() {
         }
     }
     fail_silent("a status report");
+}
+
+Place Controller::resting_place() {
+    Place last = place();
+    for (int k = 0; k < kReadings; ++k) {
+        const Place again = place();
+        if (again.position == last.position) return again;
+        last = again;
+    }
+    fail_silent("two reports of status that agree");
 }
 
 Place Controller::wait_for_standstill(std::chrono::nanoseconds longest) {

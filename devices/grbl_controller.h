@@ -56,6 +56,8 @@ public:
     void stop();
 
     [[nodiscard]] Place place();
+    // The same, from two reports that agree: a byte that got lost may leave another number. REQUIRES: nothing moves.
+    [[nodiscard]] Place resting_place();
     // $#: the last probing move as the controller remembers it, in mm.
     [[nodiscard]] ProbeReport last_probe();
     // What "G90 G21" coordinates are relative to, in mm; as of the last report.
@@ -99,6 +101,7 @@ private:
     State state_ = State::connecting;
     Identity identity_;
     std::optional<Point> work_offset_;
+    bool is_offset_sure_ = false;  // told twice
     std::optional<bool> homed_;
     bool has_motion_mode_ = true;  // one that an axis word alone would move with, for all that is known
 };

@@ -17,6 +17,8 @@ using grbl::ProbeReport;
 
 // While a move is under way the machine is asked that often how it is.
 constexpr auto kPollInterval = 200ms;
+// ... and on the way off a surface, where a move elsewhere than it was told would do harm soon.
+constexpr auto kPollIntervalOnSurface = 40ms;
 // An answer comes that soon after a move has ended, or is lost.
 constexpr auto kAnswerTime = 1500ms;
 // What a move may take beyond its duration as it is reckoned: other accelerations, a slow override.
@@ -29,7 +31,7 @@ constexpr auto kSettling = 500ms;
 // A spark that stopped the tool just as it began to move has to be over before the probe is asked whether it holds.
 constexpr auto kSpark = 10ms;
 // mm: so far beside its way a tool that is under way may be seen; axes are not read at one instant.
-constexpr double kOffWay = 0.5;
+constexpr double kOffWay = 0.1;
 // A probe that bounces opens and closes a few times within some hundredths; one that is not free after so many steps back is stuck.
 constexpr int kMaxBounces = 20;
 // An answer may lie beside the way by that many steps or last digits: both ends and the touch are rounded.
@@ -71,7 +73,7 @@ std::string probe_line(const std::string& word, const Point& work, double feed_m
 GrblDevice::GrblDevice(ByteStream& stream, Clock& clock, const GrblOptions& options, std::stop_token stop)
     : controller_(stream, clock), options_(options), stop_(std::move(stop)) {
     controller_.connect();
-    position_ = controller_.place().position;
+    position_ = controller_.resting_place().position;
 }
 
 void GrblDevice::make_ready() {
@@ -88,7 +90,7 @@ void GrblDevice::make_ready() {
     } else if (is_locked) {
         controller_.unlock();
     }
-    const Place place = controller_.place();
+    const Place place = controller_.resting_place();
     if (place.state != "Idle") throw DeviceAlarm(0, "the machine on " + name + " says " + place.state + ", not Idle: free it, then go on");
     if (place.probe_unplugged) throw ProbeClosed("the probe on " + name + " is not plugged in");
     if (place.probe_closed) {
@@ -176,7 +178,8 @@ GrblDevice::ProbeEnd GrblDevice::run_probe(const std::string& word, const Point&
 std::optional<GrblDevice::ProbeEnd> GrblDevice::wait_for_end(const Segment& way, std::chrono::nanoseconds longest, OnStop on_stop) {
     const auto now = [&] { return controller_.link().now(); };
     auto until = now() + longest;
-    auto poll = now() + kPollInterval;
+    const auto interval = on_stop == OnStop::go_back ? kPollInterval : kPollIntervalOnSurface;
+    auto poll = now() + interval;
     auto heard = now();
     std::optional<std::chrono::nanoseconds> stands_since;
     std::optional<ProbeReport> report;
@@ -184,7 +187,11 @@ std::optional<GrblDevice::ProbeEnd> GrblDevice::wait_for_end(const Segment& way,
         if (stop_.stop_requested() && on_stop != OnStop::finish) stop_and_throw(way.source, on_stop);
         const auto message = controller_.next(poll);
         if (!message) {
-            if (now() - heard > kSilence) controller_.fail_silent("the end of a probing move");
+            if (now() - heard > kSilence) {
+                // It may still hear what it does not answer.
+                controller_.link().send_realtime(grbl::kFeedHold);
+                controller_.fail_silent("the end of a probing move");
+            }
             if (now() > until) {
                 controller_.stop();
                 controller_.give_up();
@@ -194,7 +201,7 @@ std::optional<GrblDevice::ProbeEnd> GrblDevice::wait_for_end(const Segment& way,
                     controller_.link().history());
             }
             controller_.link().send_realtime(grbl::kAskStatus);
-            poll = now() + kPollInterval;
+            poll = now() + interval;
             continue;
         }
         heard = now();
@@ -317,7 +324,7 @@ double GrblDevice::longest_overrun(double feed_mm_per_s) const {
 void GrblDevice::stop_and_throw(const Point& start, OnStop on_stop) {
     controller_.stop();
     last_.reset();  // by the reset in it
-    position_ = controller_.place().position;
+    position_ = controller_.resting_place().position;
     if (on_stop == OnStop::go_back) back_off(start, OnStop::finish);
     throw Stopped(std::string("stopped by the operator; the tool ") + (on_stop == OnStop::go_back ? "went back to " : "rests at ") +
                   text(position()) + (on_stop == OnStop::go_back ? " and rests there" : ""));

@@ -241,6 +241,34 @@ TEST_P(GrblDeviceWire, AStopAsTheMoveBeginsIsNotDeceivedByOldReports) {
     }
 }
 
+TEST_P(GrblDeviceWire, AToolThatMovesIsStoppedWhenAnErrorOfSomethingElseComes) {
+    ready();
+    double moment = 0;
+    once_within(15, [&] { moment = seconds(); });
+    expect_touch(probe(), kTouch);
+    options.faults = {{Kind::stale_line, When::time, moment, 0, "error:20"}};
+    power_on();
+    ready();
+    EXPECT_THROW((void)probe(), DeviceRefused);
+    EXPECT_FALSE(tool->is_moving());
+    EXPECT_GT(tool_at().x(), 13);
+    EXPECT_NEAR((tool->true_position() - tool->position()).norm(), 0, kMicrometre);
+}
+
+// The wire to the host is cut, the other one is not.
+TEST_P(GrblDeviceWire, AToolThatIsNotHeardAnyMoreIsToldToHold) {
+    ready();
+    stream->before_read = [&] {
+        if (tool_at().z() < 2) return;
+        stream->to_host.lose(0, 100'000);
+        stream->before_read = nullptr;
+    };
+    EXPECT_THROW((void)device->guarded_move({20, 0, 40}, Pace::touch), DeviceTimeout);
+    grbl->advance(Seconds(10));
+    EXPECT_LT(tool_at().z(), 8);
+    EXPECT_FALSE(tool->is_moving());
+}
+
 // --- gone ------------------------------------------------------------------------------------------------------------
 
 TEST_P(GrblDeviceWire, AnAnswerThatIsFarTooLateIsATimeoutAndNeverCredited) {
