@@ -324,7 +324,7 @@ void Controller::home(const std::stop_token& stop) {
             // Homing cannot be held, only ended; where the tool is, nobody knows then.
             reset();
             state_ = State::lost;
-            throw Stopped("homing on " + link_.name() + " was stopped by the operator; the position is lost: home again, then resume");
+            throw PositionLost("homing on " + link_.name() + " was stopped by the operator: home again, then resume");
         }
         const auto message = next(link_.now() + kPollInterval);
         if (!message) continue;

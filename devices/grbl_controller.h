@@ -48,7 +48,7 @@ public:
     // Waits for the controller to answer, for a motion that an earlier host began to end, and reads all it says of itself. Moves nothing.
     void connect();
     // $H, as long as that takes. REQUIRES: locked or idle.
-    // Throws Stopped once `stop` is requested.
+    // Throws PositionLost once `stop` is requested: homing cannot be held.
     void home(const std::stop_token& stop);
     // $X. REQUIRES: locked.
     void unlock();
