@@ -155,7 +155,8 @@ TEST_F(Reader, RefusesUnknownKeysAndSuggestsNearOnes) {
         complaint("probing:\n  epsilom: 0.25\n"),
         "s.yaml:2: probing.epsilom: unknown key; did you mean \"epsilon\"?; allowed: epsilon, reach, strategy, standoff, audit, seed_rays, "
         "refinement_floor, sizing, min_angle, budget");
-    EXPECT_EQ(complaint(kProbing + "colour: red\n"), "s.yaml:2: colour: unknown key; allowed: object, machine, workspace, probing, random_seed");
+    EXPECT_EQ(complaint(kProbing + "colour: red\n"),
+              "s.yaml:2: colour: unknown key; allowed: object, machine, workspace, probing, random_seed");
     EXPECT_EQ(complaint(kProbing + "workspace: {ball: {centre: [0, 0, 0], radius: 1}}"),
               "s.yaml:2: workspace.ball.centre: unknown key; did you mean \"center\"?; allowed: center, radius");
     EXPECT_EQ(complaint(kProbing + "workspace: {bal: {}}"),

@@ -117,7 +117,8 @@ void expect_good_outer_path(const Workspace& workspace, const Point& from, const
     const std::vector<Point> path = workspace.outer_path(from, to);
     const Box bounds = workspace.outer_bounds();
     for (const Point& p : path) {
-        ASSERT_TRUE(((p - bounds.min).array() >= -tolerance_of(workspace)).all() && ((bounds.max - p).array() >= -tolerance_of(workspace)).all());
+        ASSERT_TRUE(((p - bounds.min).array() >= -tolerance_of(workspace)).all() &&
+                    ((bounds.max - p).array() >= -tolerance_of(workspace)).all());
     }
     const double length = chord_length(from, path);
     const double tolerance = 10 * tolerance_of(workspace);
