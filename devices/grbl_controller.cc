@@ -229,13 +229,13 @@ void Controller::read_identity() {
     }
 }
 
-void Controller::drop_what_came() {
-    while (next(link_.now())) {
+void Controller::pass_until(std::chrono::nanoseconds until) {
+    while (next(until)) {
     }
 }
 
 Place Controller::place() {
-    drop_what_came();  // a report that was asked for earlier says where the tool was then
+    pass_until(link_.now());  // a report that was asked for earlier says where the tool was then
     const auto until = link_.now() + kAnswerTime;
     while (link_.now() < until) {
         link_.send_realtime(kAskStatus);
@@ -364,7 +364,7 @@ void Controller::clear_motion_mode() {
 }
 
 void Controller::begin(const std::string& line) {
-    drop_what_came();
+    pass_until(link_.now());
     // After a reset it is G0: a line whose G38.3 got lost would be an unguarded move. Without any mode such a line is an error.
     if (has_motion_mode_) clear_motion_mode();
     state_ = State::probing;

@@ -77,6 +77,8 @@ public:
     void give_up() { state_ = State::lost; }
     // The next message until then. Alarms and banners are dealt with, and throw.
     [[nodiscard]] std::optional<Message> next(std::chrono::nanoseconds until);
+    // Lets time pass; what has come or comes is dealt with as there, and dropped.
+    void pass_until(std::chrono::nanoseconds until);
     // A status report as a place; nothing if it says WPos and the offset is not known.
     [[nodiscard]] std::optional<Place> note(const Status& status);
     // What an error leaves behind: grblHAL repeats it until it is cleared.
@@ -90,7 +92,6 @@ private:
                              std::chrono::milliseconds timeout);
     [[nodiscard]] bool wait_for_first_status();
     void read_identity();
-    void drop_what_came();
     void clear_motion_mode();
     [[nodiscard]] Place wait_for_standstill(std::chrono::nanoseconds longest);
     void reset();

@@ -240,7 +240,7 @@ bool GrblDevice::holds(const ProbeEnd& end, const Point& start, double feed_mm_p
     const double speed = std::min(feed_mm_per_s, std::sqrt(2 * k.acceleration_mm_per_s2 * way));
     const auto stopping = std::chrono::duration_cast<std::chrono::nanoseconds>(k.latency + Seconds(speed / k.acceleration_mm_per_s2));
     if (stopping >= kSpark) return true;
-    (void)controller_.next(controller_.link().now() + kSpark - stopping);
+    controller_.pass_until(controller_.link().now() + kSpark - stopping);
     return controller_.place().probe_closed;
 }
 
@@ -371,7 +371,7 @@ void GrblDevice::back_off(const Point& target, OnStop on_stop) {
 bool GrblDevice::opens_soon() {
     const auto until = controller_.link().now() + kSettling;
     while (controller_.link().now() < until) {
-        (void)controller_.next(controller_.link().now() + kSettling / 10);
+        controller_.pass_until(controller_.link().now() + kSettling / 10);
         if (!controller_.place().probe_closed) return true;
     }
     return false;
