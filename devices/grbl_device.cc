@@ -7,6 +7,7 @@
 #include <sstream>
 
 #include "devices/errors.h"
+#include "devices/trail.h"
 
 namespace palpate {
 namespace {
@@ -48,13 +49,6 @@ std::string text(const Point& p) {
     std::ostringstream out;
     out << '(' << p.x() << ", " << p.y() << ", " << p.z() << ')';
     return out.str();
-}
-
-double distance_to(const Point& a, const Point& b, const Point& p) {
-    const Vector way = b - a;
-    const double squared = way.squaredNorm();
-    const double share = squared > 0 ? std::clamp((p - a).dot(way) / squared, 0.0, 1.0) : 0.0;
-    return (p - a - share * way).norm();
 }
 
 // "G21G90G94G38.3X1.000Y2.000Z3.000F300": every line says its modes itself, so that no older command's can matter. The feed comes last
@@ -244,9 +238,7 @@ bool GrblDevice::holds(const ProbeEnd& end, const Point& start, double feed_mm_p
     return controller_.place().probe_closed;
 }
 
-bool GrblDevice::is_off(const Segment& way, const Place& place) const {
-    return distance_to(way.source, way.target, place.position) > kOffWay + tolerance();
-}
+bool GrblDevice::is_off(const Segment& way, const Place& place) const { return distance_to(way, place.position) > kOffWay + tolerance(); }
 
 void GrblDevice::stop_off_way(const Segment& way) {
     // What came may be a damaged report.
@@ -301,7 +293,7 @@ void GrblDevice::check_answer(const ProbeEnd& end, const Point& start, const Poi
         what = "reports no contact and an end at " + text(reported) + ", which is not the target";
     } else if (!end.report.contact && (end.place.position - target).norm() > tolerance) {
         what = "reports no contact, but rests at " + text(end.place.position) + ", which is not the target";
-    } else if (end.report.contact && distance_to(start, target, reported) > tolerance) {
+    } else if (end.report.contact && distance_to({start, target}, reported) > tolerance) {
         what = "reports a contact at " + text(reported) + ", which is not on its way";
     } else if (end.report.contact && (end.place.position - reported).norm() > longest_overrun(feed_mm_per_s)) {
         what = "reports a contact at " + text(reported) + ", but rests far from it, at " + text(end.place.position);

@@ -6,12 +6,12 @@
 
 #include <array>
 #include <cerrno>
-#include <charconv>
 #include <cmath>
 #include <cstdio>
 #include <system_error>
 
 #include "devices/internal/journal_words.h"
+#include "devices/internal/number_text.h"
 #include "devices/journal.h"
 
 namespace palpate {
@@ -21,11 +21,8 @@ namespace fs = std::filesystem;
 constexpr mode_t kMode = 0644;
 
 std::string number(double x) {
-    std::array<char, 32> digits{};
     if (!std::isfinite(x)) throw BadAnswer("an answer with a number that is not finite is not written into the journal");
-    // "-0" would be read as an integer, which has no sign.
-    if (x == 0 && std::signbit(x)) return "-0.0";
-    return {digits.data(), std::to_chars(digits.data(), digits.data() + digits.size(), x).ptr};
+    return number_text(x);
 }
 
 std::string place(const Point& p) { return '[' + number(p.x()) + ',' + number(p.y()) + ',' + number(p.z()) + ']'; }
