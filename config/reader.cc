@@ -39,8 +39,7 @@ Box read_box(Section& section) {
     box.min = section.vector({"min", "corner with the smallest coordinates", Need::required, kMillimetres}, kAnyNumber);
     box.max = section.vector({"max", "corner with the greatest coordinates; each greater than in `min`", Need::required, kMillimetres},
                              kAnyNumber);
-    section.require((box.min.array() < box.max.array()).all(), "max",
-                    "is not greater than min in each coordinate; allowed: greater than min in x, y and z (mm)");
+    section.require(box.is_valid(), "max", "is not greater than min in each coordinate; allowed: greater than min in x, y and z (mm)");
     return box;
 }
 
@@ -124,8 +123,8 @@ Budget read_budget(Section& section) {
     budget.probes = section.whole_number_or_null({"probes", "the run ends after so many, incomplete; null: any"});
     budget.displacement =
         section.number_or_null({"displacement", "the same for the way of the probe", Need::optional, kMillimetres}, kPositive);
-    budget.machine_time =
-        section.number_or_null({"machine_time", "the same for the machine's time, as it is estimated", Need::optional, "s"}, kPositive);
+    budget.machine_time = section.number_or_null(
+        {"machine_time", "the same for the machine's time, reckoned with machine.feeds", Need::optional, "s"}, kPositive);
     return budget;
 }
 
@@ -168,6 +167,7 @@ SessionConfig read_session(Section& section, const std::filesystem::path& folder
     if (config.machine) {
         config.probing.touch_error = config.machine->touch_error();
         config.probing.retract = config.machine->kinematics.retract_mm;
+        config.probing.rates = machine_rates(config.machine->kinematics);
     }
     config.probing.random_seed =
         section.whole_number({"random_seed", "the same seed and configuration give the same run"}, config.probing.random_seed);

@@ -150,7 +150,7 @@ void add_machine(Lines& lines, const MachineConfig& machine) {
     lines.push_back("  noise: " + number_text(machine.noise_mm));
     lines.push_back("  touch: {samples: " + std::to_string(touch.samples) + ", tolerance: " + number_text(touch.tolerance_mm) +
                     ", retries: " + std::to_string(touch.retries) + ", discard_first: " + flag_text(touch.discard_first) +
-                    ", confirm: " + flag_text(touch.confirm) + "}");
+                    ", confirm: " + flag_text(touch.confirm) + ", confirm_travel: " + flag_text(touch.confirm_travel) + "}");
     lines.push_back("  datum_tolerance: " + number_text(machine.datum_tolerance_mm));
 }
 

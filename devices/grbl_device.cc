@@ -8,6 +8,7 @@
 
 #include "devices/errors.h"
 #include "devices/trail.h"
+#include "planner/number_text.h"
 
 namespace palpate {
 namespace {
@@ -45,12 +46,6 @@ constexpr double kLastInchDigit = 0.0001;
 constexpr std::array<int, 3> kStepsPerMm = {100, 101, 102};
 constexpr double kSecondsPerMinute = 60.0;
 
-std::string text(const Point& p) {
-    std::ostringstream out;
-    out << '(' << p.x() << ", " << p.y() << ", " << p.z() << ')';
-    return out.str();
-}
-
 // "G21G90G94G38.3X1.000Y2.000Z3.000F300": every line says its modes itself, so that no older command's can matter. The feed comes last
 // and has no decimals: whatever byte of it gets lost on the line, the tool is not faster than it may be. At most 70 bytes for
 // coordinates of five digits, of the 80 that Grbl takes.
@@ -66,6 +61,7 @@ std::string probe_line(const std::string& word, const Point& work, double feed_m
 
 GrblDevice::GrblDevice(ByteStream& stream, Clock& clock, const GrblOptions& options, std::stop_token stop)
     : controller_(stream, clock), options_(options), stop_(std::move(stop)) {
+    require_stopping(options_.kinematics);
     controller_.connect();
     position_ = controller_.resting_place().position;
 }
@@ -126,12 +122,12 @@ Point GrblDevice::rounded(const Point& machine) const {
 // --- moving ----------------------------------------------------------------------------------------------------------
 
 MoveResult GrblDevice::guarded_move(const Point& target, Pace pace) {
-    if (stop_.stop_requested()) throw Stopped("stopped before a move; the tool rests at " + text(position()));
+    if (stop_.stop_requested()) throw Stopped("stopped before a move; the tool rests at " + point_text(position()));
     if (controller_.state() != grbl::State::idle) {
         throw PositionLost(std::string("the machine on ") + controller_.link().name() + " is " + to_string(controller_.state()) +
                            " since its last fault: nothing moves before a new connection");
     }
-    if (!target.allFinite()) throw DeviceError("the target " + text(target) + " of a move is not finite: give three numbers in mm");
+    if (!target.allFinite()) throw DeviceError("the target " + point_text(target) + " of a move is not finite: give three numbers in mm");
     const Point start = position_;
     const Point goal = rounded(target + options_.origin);
     // Grbl refuses a move to where it is (error:33).
@@ -247,8 +243,8 @@ void GrblDevice::stop_off_way(const Segment& way) {
     controller_.stop();
     position_ = controller_.place().position;
     controller_.give_up();
-    throw BadAnswer("the machine on " + controller_.link().name() + " left its way from " + text(way.source) + " to " + text(way.target) +
-                    " (machine coordinates) and was stopped at " + text(position_) +
+    throw BadAnswer("the machine on " + controller_.link().name() + " left its way from " + point_text(way.source) + " to " +
+                    point_text(way.target) + " (machine coordinates) and was stopped at " + point_text(position_) +
                     ": were bytes of the command lost on the line? Check the cable, then resume" + controller_.link().history());
 }
 
@@ -280,8 +276,8 @@ void GrblDevice::check_signs(const ProbeReport& report, double feed_mm_per_s) {
     const ProbeReport again = controller_.last_probe();
     if (again.position == report.position && again.contact == report.contact) return;
     controller_.give_up();
-    throw BadAnswer("the machine on " + controller_.link().name() + " reports a contact at " + text(report.position) + ", then at " +
-                    text(again.position) + " (machine coordinates): bytes are lost on the line; check the cable, then resume" +
+    throw BadAnswer("the machine on " + controller_.link().name() + " reports a contact at " + point_text(report.position) + ", then at " +
+                    point_text(again.position) + " (machine coordinates): bytes are lost on the line; check the cable, then resume" +
                     controller_.link().history());
 }
 
@@ -290,18 +286,18 @@ void GrblDevice::check_answer(const ProbeEnd& end, const Point& start, const Poi
     const Point& reported = end.report.position;
     std::string what;
     if (!end.report.contact && (reported - target).norm() > tolerance) {
-        what = "reports no contact and an end at " + text(reported) + ", which is not the target";
+        what = "reports no contact and an end at " + point_text(reported) + ", which is not the target";
     } else if (!end.report.contact && (end.place.position - target).norm() > tolerance) {
-        what = "reports no contact, but rests at " + text(end.place.position) + ", which is not the target";
+        what = "reports no contact, but rests at " + point_text(end.place.position) + ", which is not the target";
     } else if (end.report.contact && distance_to({start, target}, reported) > tolerance) {
-        what = "reports a contact at " + text(reported) + ", which is not on its way";
+        what = "reports a contact at " + point_text(reported) + ", which is not on its way";
     } else if (end.report.contact && (end.place.position - reported).norm() > longest_overrun(feed_mm_per_s)) {
-        what = "reports a contact at " + text(reported) + ", but rests far from it, at " + text(end.place.position);
+        what = "reports a contact at " + point_text(reported) + ", but rests far from it, at " + point_text(end.place.position);
     }
     if (what.empty()) return;
     controller_.give_up();
-    throw BadAnswer("the machine on " + controller_.link().name() + " " + what + " (move from " + text(start) + " to " + text(target) +
-                    ", machine coordinates): was it moved by something else, did it lose steps? Home it, then resume" +
+    throw BadAnswer("the machine on " + controller_.link().name() + " " + what + " (move from " + point_text(start) + " to " +
+                    point_text(target) + ", machine coordinates): was it moved by something else, did it lose steps? Home it, then resume" +
                     controller_.link().history());
 }
 
@@ -319,7 +315,7 @@ void GrblDevice::stop_and_throw(const Point& start, OnStop on_stop) {
     position_ = controller_.resting_place().position;
     if (on_stop == OnStop::go_back) back_off(start, OnStop::finish);
     throw Stopped(std::string("stopped by the operator; the tool ") + (on_stop == OnStop::go_back ? "went back to " : "rests at ") +
-                  text(position()) + (on_stop == OnStop::go_back ? " and rests there" : ""));
+                  point_text(position()) + (on_stop == OnStop::go_back ? " and rests there" : ""));
 }
 
 void GrblDevice::retract(const Point& contact, const Point& start) {
@@ -356,8 +352,9 @@ void GrblDevice::back_off(const Point& target, OnStop on_stop) {
         }
     }
     controller_.give_up();
-    throw ProbeClosed("the probe on " + controller_.link().name() + " stays closed although the tool went back to " + text(position()) +
-                      ": is it stuck, bent, or its lead shorted? Free it, then resume" + controller_.link().history());
+    throw ProbeClosed("the probe on " + controller_.link().name() + " stays closed although the tool went back to " +
+                      point_text(position()) + ": is it stuck, bent, or its lead shorted? Free it, then resume" +
+                      controller_.link().history());
 }
 
 bool GrblDevice::opens_soon() {

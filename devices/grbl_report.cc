@@ -4,6 +4,8 @@
 #include <limits>
 #include <sstream>
 
+#include "planner/number_text.h"
+
 namespace palpate {
 namespace {
 
@@ -119,9 +121,7 @@ MachineReport report_on(GrblDevice& device) {
     reporter.add(kHomingDirections, "directions of homing", "", nothing_wrong);
     add_axes(reporter, device.options());
     report.settings = reporter.take();
-    std::ostringstream offset;
-    offset << controller.work_offset().transpose() << " mm";
-    report.settings.push_back({"work offset (WCO)", offset.str(), ""});
+    report.settings.push_back({"work offset (WCO)", point_text(controller.work_offset()), ""});
     report.settings.push_back({"probe",
                                place.probe_unplugged ? "unplugged"
                                : place.probe_closed  ? "closed"

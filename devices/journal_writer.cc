@@ -11,8 +11,8 @@
 #include <system_error>
 
 #include "devices/internal/journal_words.h"
-#include "devices/internal/number_text.h"
 #include "devices/journal.h"
+#include "planner/number_text.h"
 
 namespace palpate {
 namespace {

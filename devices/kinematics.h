@@ -1,6 +1,8 @@
 // How a machine moves, for every driver, decorator and virtual machine.
 #pragma once
 
+#include <string>
+
 #include "devices/probe_device.h"
 #include "planner/machine_time.h"
 
@@ -30,6 +32,14 @@ struct Kinematics {
 [[nodiscard]] inline double stopping_distance(const Kinematics& k, double feed_mm_per_s) {
     return feed_mm_per_s * k.latency.count() + feed_mm_per_s * feed_mm_per_s / (2 * k.acceleration_mm_per_s2);
 }
+
+// Whether the tool stands, at every feed, before the probe can give way no more (DEVICES: "the floor of safety"): empty, or what is wrong.
+[[nodiscard]] std::string stopping_problem(const Kinematics& k);
+// Throws DeviceError if there is one.
+void require_stopping(const Kinematics& k);
+
+// The same for reckoning with counts of touches: every one stops, and goes back by the retract at the probing feed.
+[[nodiscard]] MachineRates machine_rates(const Kinematics& k);
 
 // Of a straight move from rest to rest: trapezoid, or triangle if it is too short to reach the feed.
 [[nodiscard]] Seconds move_duration(const Kinematics& k, double length_mm, double feed_mm_per_s);

@@ -7,6 +7,7 @@
 #include "devices/errors.h"
 #include "devices/internal/modbus_client.h"
 #include "devices/internal/modbus_motion.h"
+#include "planner/number_text.h"
 
 namespace palpate {
 namespace {
@@ -17,16 +18,6 @@ constexpr double kPathTolerance = 0.05;
 constexpr double kRoundingResolutions = 2.6;
 // A probe that bounces while it opens may close again; more often than this it is stuck.
 constexpr int kRetractAttempts = 3;
-
-void check_stopping_distances(const Kinematics& k) {
-    for (const Pace pace : {Pace::travel, Pace::probe, Pace::touch}) {
-        if (const double distance = stopping_distance(k, k.feeds.of(pace)); !(distance < k.overtravel_mm)) {
-            throw DeviceError("at " + std::to_string(k.feeds.of(pace)) + " mm/s the tool stops " + std::to_string(distance) +
-                              " mm after a touch, but the probe gives way by " + std::to_string(k.overtravel_mm) +
-                              " mm; lower that feed, or give the true acceleration, latency and overtravel");
-        }
-    }
-}
 
 bool on_grid(const Point& a, const Point& b, double resolution) { return (a - b).cwiseAbs().maxCoeff() < 0.5 * resolution; }
 
@@ -49,7 +40,7 @@ std::vector<std::string> ModbusReport::lines() const {
 
 ModbusDevice::ModbusDevice(ModbusDeviceOptions options, Clock& clock, std::stop_token stop)
     : options_(std::move(options)), stop_(std::move(stop)) {
-    check_stopping_distances(options_.kinematics);
+    require_stopping(options_.kinematics);
     client_ = std::make_unique<ModbusClient>(options_.link, options_.profile, clock);
     motion_ = std::make_unique<ModbusMotion>(*client_, options_.kinematics, clock, options_.patience);
     inspect();
@@ -71,7 +62,7 @@ void ModbusDevice::inspect() {
                           options_.profile.expected_identity + "\"; give the profile of that controller");
     }
     limits_ = client_->limits();
-    if (!(limits_.min.array() < limits_.max.array()).all()) {
+    if (!limits_.is_valid()) {
         throw DeviceError(where() + " tells limits from " + point_text(limits_.min) + " to " + point_text(limits_.max) +
                           "; set them in the controller");
     }
@@ -146,7 +137,7 @@ ModbusDevice::Ready ModbusDevice::ready() {
 
 void ModbusDevice::check_target(const Point& machine) const {
     if (!machine.allFinite()) throw DeviceError("the target of a move is not finite; give three numbers in mm");
-    if (!((machine.array() >= limits_.min.array()) && (machine.array() <= limits_.max.array())).all()) {
+    if (!limits_.contains(machine)) {
         throw OutOfLimits("a move to " + point_text(machine) + " leaves the limits of " + where() + ", " + point_text(limits_.min) +
                           " to " + point_text(limits_.max) + " (machine coordinates); nothing was sent");
     }

@@ -17,7 +17,7 @@ struct MachineRates {
 };
 
 // Constant feeds; accelerations are not counted.
-[[nodiscard]] inline Seconds estimate_machine_time(const Account& account, const MachineRates& rates = {}) {
+[[nodiscard]] inline Seconds estimate_machine_time(const Account& account, const MachineRates& rates) {
     const Seconds moving{account.travel / rates.travel_feed_mm_per_s + account.probing / rates.probe_feed_mm_per_s};
     return moving + static_cast<double>(account.contact) * rates.touch;
 }

@@ -6,6 +6,7 @@
 #include <vector>
 
 #include "planner/geometry.h"
+#include "planner/machine_time.h"
 #include "planner/workspace.h"
 
 namespace palpate {
@@ -67,6 +68,7 @@ struct Options {
     // What a machine can do; 0 for an exact oracle.
     double touch_error = 0.0;  // mm: touches may lie beside S by that, and the tool beside its line
     double retract = 0.0;      // mm: the tool lifts off a touch at least so far before it goes elsewhere
+    MachineRates rates;        // what a budget of machine time is reckoned with
 };
 
 }  // namespace palpate

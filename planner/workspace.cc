@@ -166,8 +166,7 @@ double Workspace::volume() const {
 
 bool Workspace::contains(const Point& p) const {
     if (const auto* ball = std::get_if<Ball>(&shape_)) return (p - ball->center).squaredNorm() <= ball->radius * ball->radius;
-    const auto& box = std::get<Box>(shape_);
-    return (p.array() >= box.min.array()).all() && (p.array() <= box.max.array()).all();
+    return std::get<Box>(shape_).contains(p);
 }
 
 std::optional<Interval> Workspace::clip(const Point& origin, const Vector& direction) const {

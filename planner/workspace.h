@@ -17,6 +17,14 @@ struct Ball {
 struct Box {
     Point min = Point::Zero();
     Point max = Point::Zero();  // every coordinate greater than min's
+
+    // Finite, and max greater than min in each coordinate.
+    [[nodiscard]] bool is_valid() const { return min.allFinite() && max.allFinite() && (min.array() < max.array()).all(); }
+    // Faces are inside, and what is at most `slack` beyond them; what is not finite is outside.
+    [[nodiscard]] bool contains(const Point& p, double slack = 0.0) const {
+        return (p.array() >= min.array() - slack).all() && (p.array() <= max.array() + slack).all();
+    }
+    [[nodiscard]] bool contains(const Box& inner) const { return contains(inner.min) && contains(inner.max); }
 };
 
 // Parameters of a line x(t) = origin + t · direction.

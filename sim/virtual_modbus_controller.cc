@@ -110,9 +110,8 @@ void VirtualModbusController::control(std::uint16_t word) {
 
 // Why a command is not carried out; kNoFault if it is.
 std::uint16_t VirtualModbusController::objection(const Point& target, Armed armed) const {
-    const Box& limits = options_.tool.limits;
     if (!is_homed_) return cia402::kNotHomedFault;
-    if (!((target.array() >= limits.min.array()) && (target.array() <= limits.max.array())).all()) return cia402::kLimitFault;
+    if (!options_.tool.limits.contains(target)) return cia402::kLimitFault;
     if (armed == Armed::closing && tool_.is_probe_closed()) return cia402::kProbeClosedFault;
     return cia402::kNoFault;
 }

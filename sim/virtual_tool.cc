@@ -156,11 +156,7 @@ void VirtualTool::record(const ToolMotion& motion, double distance) {
     if (motion.guard == Guard::none) ++audit_.unguarded_moves;
     if (is_unsafe(motion, distance, deepest)) ++audit_.unsafe_moves;
     const Point end = place_ + options_.origin;
-    const Vector margin = Vector::Constant(options_.kinematics.resolution_mm);
-    const Box& limits = options_.limits;
-    if ((end.array() < (limits.min - margin).array()).any() || (end.array() > (limits.max + margin).array()).any()) {
-        ++audit_.outside_limits;
-    }
+    if (!options_.limits.contains(end, options_.kinematics.resolution_mm)) ++audit_.outside_limits;
 }
 
 bool VirtualTool::is_unsafe(const ToolMotion& motion, double distance, double deepest) const {

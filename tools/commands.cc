@@ -14,6 +14,7 @@
 #include "devices/errors.h"
 #include "devices/journaling_device.h"
 #include "planner/errors.h"
+#include "planner/number_text.h"
 #include "sim/errors.h"
 #include "tools/anytime.h"
 #include "tools/bench.h"
@@ -68,8 +69,7 @@ std::string describe_truth(const Simulation& run) {
 ExitCode check_machine(const CheckCommand& command, const SessionConfig& config, std::ostream& out) {
     const Workspace workspace = machine_workspace(config);
     const Kinematics& k = config.machine->kinematics;
-    out << "workspace      around (" << workspace.center().transpose() << "), radius " << workspace.radius()
-        << " mm; within machine.limits\n"
+    out << "workspace      around " << point_text(workspace.center()) << ", radius " << workspace.radius() << " mm; within machine.limits\n"
         << "epsilon        " << config.probing.epsilon << " mm; touches are taken to be exact to " << config.probing.touch_error << " mm\n"
         << "stopping       " << stopping_distance(k, k.feeds.travel_mm_per_s) << " mm from travel, "
         << stopping_distance(k, k.feeds.probe_mm_per_s) << " mm from a touch; the probe gives way by " << k.overtravel_mm << " mm\n";
@@ -79,17 +79,14 @@ ExitCode check_machine(const CheckCommand& command, const SessionConfig& config,
     }
     Machine machine(*config.machine, {});
     const MachineReport report = machine.report();
-    out << "machine        " << report.identity << "\nstate          " << report.state << ", at (" << report.position.transpose()
-        << ") mm\n";
+    out << "machine        " << report.identity << "\nstate          " << report.state << ", at " << point_text(report.position) << '\n';
     bool good = !report.has_problems();
     for (const MachineSetting& setting : report.settings) {
         out << "  " << setting.name << ": " << setting.value << (setting.problem.empty() ? "" : "  <- " + setting.problem) << '\n';
     }
     if (report.reach) {
-        const Box& limits = config.machine->limits;
-        const bool inside =
-            (limits.min.array() >= report.reach->min.array()).all() && (limits.max.array() <= report.reach->max.array()).all();
-        out << "reach          (" << report.reach->min.transpose() << ") to (" << report.reach->max.transpose() << ") mm"
+        const bool inside = report.reach->contains(config.machine->limits);
+        out << "reach          " << point_text(report.reach->min) << " to " << point_text(report.reach->max)
             << (inside ? "; machine.limits are within it\n"
                        : "  <- machine.limits go beyond it: move machine.origin, or make them narrower\n");
         good &= inside;
@@ -108,7 +105,7 @@ ExitCode run(const SimulateCommand& command, std::ostream& out) {
     warn_of_false_reach(config, scene.object);
     const Simulation run = simulate_with_progress(config, scene);
     warn_of_other_truth(run);
-    write_file(command.folder / "config.yaml", write_config(config));
+    write_file(command.folder / kConfigFile, write_config(config));
     write_results(command.folder, run.result, to_json(run, config.probing.epsilon), command.up);
     print_result(run.result, config.probing.epsilon, describe_truth(run), out);
     out << "written to     " << command.folder.string() << ": config.yaml, mesh.ply, touches.csv, summary.json, picture.png\n";
@@ -123,10 +120,10 @@ ExitCode run(const CheckCommand& command, std::ostream& out) {
     warn_of_false_reach(config, scene.object);
     const Bounds& bounds = scene.object.bounds();
     const Options& probing = config.probing;
-    out << "object         (" << bounds.min.transpose() << ") to (" << bounds.max.transpose() << ") mm, " << scene.object.components()
+    out << "object         " << point_text(bounds.min) << " to " << point_text(bounds.max) << ", " << scene.object.components()
         << " component(s), Euler characteristic " << scene.object.euler_characteristic() << '\n'
         << "reach          " << (scene.object.reach() ? std::to_string(*scene.object.reach()) + " mm" : std::string("not known")) << '\n'
-        << "workspace      around (" << scene.workspace.center().transpose() << "), radius " << scene.workspace.radius()
+        << "workspace      around " << point_text(scene.workspace.center()) << ", radius " << scene.workspace.radius()
         << " mm; contains the object\n"
         << "epsilon        " << probing.epsilon << " mm; a guarantee of topology needs a reach of at least "
         << probing.epsilon / kMaxEpsilonPerReach << " mm, "

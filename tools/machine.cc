@@ -5,6 +5,7 @@
 #include "config/modbus_profile_reader.h"
 #include "devices/grbl_report.h"
 #include "devices/modbus_bits.h"
+#include "planner/number_text.h"
 
 namespace palpate {
 namespace {
@@ -77,8 +78,7 @@ MachineReport Machine::report() { return grbl_ ? report_on(*grbl_) : to_report(m
 
 std::string describe_plan(const MachineConfig& config, const MachineReport& report, const std::string& what) {
     std::ostringstream out;
-    out << "machine    " << report.identity << "\nstate      " << report.state << ", at (" << report.position.transpose() << ") mm\n"
-        << what;
+    out << "machine    " << report.identity << "\nstate      " << report.state << ", at " << point_text(report.position) << '\n' << what;
     const bool needs_homing = report.state.rfind("Alarm", 0) == 0 || report.state.find("not homed") != std::string::npos;
     if (config.homing == Homing::run && needs_homing) {
         out << "\nIt will be homed first, unguarded, from where it is: make sure that the way of the homing cycle is free.";

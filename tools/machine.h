@@ -8,8 +8,10 @@
 
 #include "config/machine_config.h"
 #include "devices/clock.h"
+#include "devices/limited_device.h"
 #include "devices/machine_report.h"
 #include "devices/modbus_device.h"
+#include "devices/multi_touch_device.h"
 
 namespace palpate {
 
@@ -34,6 +36,24 @@ private:
     std::unique_ptr<SerialPort> port_;      // of GRBL
     std::unique_ptr<GrblDevice> grbl_;      // one of the two
     std::unique_ptr<ModbusDevice> modbus_;  // is there
+};
+
+// The machine as a session moves it: limits before every command, touches looked at again. What is above may be a journal.
+class GuardedMachine {
+public:
+    // Throws as Machine does.
+    GuardedMachine(const MachineConfig& config, const std::stop_token& stop)
+        : machine_(config, stop),
+          limited_(machine_.device(), config.limits, config.kinematics.resolution_mm),
+          touching_(limited_, config.touch, config.kinematics.retract_mm) {}
+
+    [[nodiscard]] Machine& machine() { return machine_; }
+    [[nodiscard]] ProbeDevice& device() { return touching_; }
+
+private:
+    Machine machine_;
+    LimitedDevice limited_;
+    MultiTouchDevice touching_;
 };
 
 // What the operator is asked to agree to: the machine, where its tool is, `what` it will do, and homing if that comes first.

@@ -3,14 +3,12 @@
 #include <unistd.h>
 
 #include <iostream>
-#include <sstream>
 
 #include "config/reader.h"
 #include "config/writer.h"
 #include "devices/errors.h"
-#include "devices/limited_device.h"
-#include "devices/multi_touch_device.h"
 #include "devices/port_list.h"
+#include "planner/number_text.h"
 #include "tools/commands.h"
 #include "tools/consent.h"
 #include "tools/machine.h"
@@ -51,8 +49,8 @@ ExitCode run_session(const fs::path& folder, const SessionConfig& config, char u
         out << "written to     " << folder.string() << ": config.yaml, journal.jsonl, mesh.ply, touches.csv, summary.json, picture.png\n";
         return run.result.certificate.status == Certificate::Status::incomplete ? ExitCode::incomplete : ExitCode::done;
     } catch (const DeviceError&) {
-        if (fs::exists(folder / "journal.jsonl")) {
-            spdlog::warn("what was touched is in {}; go on with: palpate resume {}", (folder / "journal.jsonl").string(), folder.string());
+        if (fs::exists(folder / kJournalFile)) {
+            spdlog::warn("what was touched is in {}; go on with: palpate resume {}", (folder / kJournalFile).string(), folder.string());
         }
         throw;
     }
@@ -63,43 +61,29 @@ Point point_of(const std::vector<double>& coordinates, const char* option) {
     return {coordinates[0], coordinates[1], coordinates[2]};
 }
 
-std::string text(const Point& p) {
-    std::ostringstream out;
-    out << p.x() << ", " << p.y() << ", " << p.z();
-    return out.str();
-}
-
 }  // namespace
 
 ExitCode run(const ProbeCommand& command, std::ostream& out) {
     const StopSignals signals;
     const SessionConfig config = read_config(command.config, command.overrides);
     (void)machine_workspace(config);
-    // What was left of a session that never began is in nobody's way.
-    const fs::path journal = command.folder / "journal.jsonl";
-    std::error_code nothing_there;
-    if (!fs::exists(journal) || fs::file_size(journal, nothing_there) == 0) {
-        fs::remove(journal, nothing_there);
-        if (!fs::exists(command.folder / "mesh.ply")) fs::remove(command.folder / "config.yaml", nothing_there);
-    }
+    remove_unbegun_session(command.folder);
     prepare_session_folder(command.folder, false);
-    write_file(command.folder / "config.yaml", write_config(config));
+    write_file(command.folder / kConfigFile, write_config(config));
     try {
         return run_session(command.folder, config, command.up, host_for(command.yes, signals), out, start_session);
     } catch (...) {
-        // A session that never began does not stand in the way of the next.
-        std::error_code ignored;
-        if (!fs::exists(command.folder / "journal.jsonl", ignored)) fs::remove(command.folder / "config.yaml", ignored);
+        remove_unbegun_session(command.folder);
         throw;
     }
 }
 
 ExitCode run(const ResumeCommand& command, std::ostream& out) {
     const StopSignals signals;
-    if (!fs::exists(command.folder / "journal.jsonl")) {
+    if (!fs::exists(command.folder / kJournalFile)) {
         throw SetupError(command.folder.string() + ": holds no journal.jsonl; only what `palpate probe` began can be resumed");
     }
-    const SessionConfig config = read_config(command.folder / "config.yaml", {});
+    const SessionConfig config = read_config(command.folder / kConfigFile, {});
     return run_session(command.folder, config, command.up, host_for(command.yes, signals), out,
                        command.replay ? replay_session : resume_session);
 }
@@ -113,18 +97,16 @@ ExitCode run(const TouchCommand& command, std::ostream& out) {
     const Point to = point_of(command.to, "--to");
     for (const Point& p : {from, to}) {
         const Box& limits = machine_config.limits;
-        if (p.allFinite() && (p.array() >= limits.min.array()).all() && (p.array() <= limits.max.array()).all()) continue;
-        throw SetupError("(" + text(p) + ") mm is outside machine.limits, (" + text(limits.min) + ") to (" + text(limits.max) + ") mm");
+        if (limits.contains(p)) continue;
+        throw SetupError(point_text(p) + " is outside machine.limits, " + point_text(limits.min) + " to " + point_text(limits.max));
     }
-    Machine machine(machine_config, signals.token());
-    LimitedDevice limited(machine.device(), machine_config.limits, machine_config.kinematics.resolution_mm);
-    MultiTouchDevice device(limited, machine_config.touch, machine_config.kinematics.retract_mm);
-    const MachineReport report = machine.report();
+    GuardedMachine guarded(machine_config, signals.token());
+    ProbeDevice& device = guarded.device();
     ask(describe_plan(
-            machine_config, report,
-            "It will move, guarded, straight to (" + text(from) + ") mm, then towards (" + text(to) + ") mm until it touches, and back."),
+            machine_config, guarded.machine().report(),
+            "It will move, guarded, straight to " + point_text(from) + ", then towards " + point_text(to) + " until it touches, and back."),
         command.yes, signals);
-    machine.make_ready();
+    guarded.machine().make_ready();
     const MoveResult there = device.guarded_move(from, Pace::travel);
     if (there.outcome != MoveResult::Outcome::reached) throw UnexpectedContact(there.position, "the way to --from");
     const MoveResult touch = device.guarded_move(to, Pace::probe);
@@ -133,15 +115,15 @@ ExitCode run(const TouchCommand& command, std::ostream& out) {
             out << "clear: nothing was touched\n";
             break;
         case MoveResult::Outcome::contact:
-            out << "contact at " << text(touch.position) << " mm, " << (touch.position - from).norm() << " mm from where it began\n";
+            out << "contact at " << point_text(touch.position) << ", " << (touch.position - from).norm() << " mm from where it began\n";
             break;
         case MoveResult::Outcome::failed:
-            out << "failed: touches near " << text(touch.position) << " mm lie apart farther than machine.touch.tolerance\n";
+            out << "failed: touches near " << point_text(touch.position) << " lie apart farther than machine.touch.tolerance\n";
             break;
     }
     for (const DeviceEvent& event : touch.events) {
-        out << "  " << (event.kind == DeviceEvent::Kind::spurious_trigger ? "false trigger at " : "event at ") << text(event.position)
-            << " mm\n";
+        out << "  " << (event.kind == DeviceEvent::Kind::spurious_trigger ? "false trigger at " : "event at ") << point_text(event.position)
+            << '\n';
     }
     const MoveResult back = device.guarded_move(from, Pace::travel);
     if (back.outcome != MoveResult::Outcome::reached) throw UnexpectedContact(back.position, "the way back");

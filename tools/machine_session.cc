@@ -1,60 +1,33 @@
 #include "tools/machine_session.h"
 
 #include <fstream>
-#include <sstream>
 
 #include "devices/device_oracle.h"
 #include "devices/errors.h"
 #include "devices/journaling_device.h"
-#include "devices/limited_device.h"
-#include "devices/multi_touch_device.h"
+#include "planner/number_text.h"
 #include "tools/machine.h"
 #include "tools/return_to_work.h"
+#include "tools/session_files.h"
 #include "tools/simulation.h"
 #include "tools/timed_oracle.h"
 
 namespace palpate {
 namespace {
 
-constexpr const char* kJournal = "journal.jsonl";
-constexpr const char* kConfig = "config.yaml";
-
-std::string text(const Point& p) {
-    std::ostringstream out;
-    out << "(" << p.transpose() << ")";
-    return out.str();
-}
-
-// What is between the journal and the machine: limits before every command, touches looked at again.
-class GuardedMachine {
-public:
-    GuardedMachine(const MachineConfig& config, const std::stop_token& stop)
-        : machine_(config, stop),
-          limited_(machine_.device(), config.limits, config.kinematics.resolution_mm),
-          touching_(limited_, config.touch, config.kinematics.retract_mm) {}
-
-    [[nodiscard]] Machine& machine() { return machine_; }
-    [[nodiscard]] ProbeDevice& device() { return touching_; }
-
-private:
-    Machine machine_;
-    LimitedDevice limited_;
-    MultiTouchDevice touching_;
-};
-
 std::string config_digest(const std::filesystem::path& folder) {
-    std::ifstream in(folder / kConfig, std::ios::binary);
+    std::ifstream in(folder / kConfigFile, std::ios::binary);
     return digest({std::istreambuf_iterator<char>(in), std::istreambuf_iterator<char>()});
 }
 
 void check_start(const Workspace& workspace, const Box& limits, const Point& start) {
-    if (!(start.array() >= limits.min.array()).all() || !(start.array() <= limits.max.array()).all()) {
-        throw SetupError("the tool is at " + text(start) + " mm, outside machine.limits, " + text(limits.min) + " to " + text(limits.max) +
-                         " mm: move it inside them by hand, then start again");
+    if (!limits.contains(start)) {
+        throw SetupError("the tool is at " + point_text(start) + ", outside machine.limits, " + point_text(limits.min) + " to " +
+                         point_text(limits.max) + ": move it inside them by hand, then start again");
     }
     if (!workspace.contains(start)) return;
-    throw SetupError("the tool is inside the workspace, at " + text(start) +
-                     " mm, where no way is known to be free: move it outside by hand, then start again");
+    throw SetupError("the tool is inside the workspace, at " + point_text(start) +
+                     ", where no way is known to be free: move it outside by hand, then start again");
 }
 
 // What the planner makes of the answers of `journal`.
@@ -82,7 +55,7 @@ MachineRun finish(MachineRun run, JournalWriter& writer, GuardedMachine& guarded
                   const SessionHost& host) {
     writer.append(JournalEnd{run.planner_seconds, run.oracle_seconds});
     try {
-        leave_work(guarded.machine(), guarded.device(), writer.read(), workspace, *config.machine);
+        leave_work(guarded, writer.read(), workspace, *config.machine);
     } catch (const DeviceError& error) {
         host.say(std::string("the session is finished, but the tool could not be brought out of the workspace: ") + error.what());
     }
@@ -99,7 +72,7 @@ MachineRun finish_without_machine(MachineRun run, JournalWriter& writer) {
 void check_config(const Journal& journal, const std::filesystem::path& folder) {
     if (journal.header.config == config_digest(folder)) return;
     throw SetupError(
-        (folder / kConfig).string() +
+        (folder / kConfigFile).string() +
         ": was changed since the session began, and its journal does not fit it any more: put the old one back, or begin a new session");
 }
 
@@ -113,10 +86,10 @@ Workspace machine_workspace(const SessionConfig& config) {
     if (!workspace) throw SetupError("workspace: auto is for simulations; say where the part is: workspace.ball or workspace.box");
     const Box around = workspace->outer_bounds();
     const Box& limits = config.machine->limits;
-    if (!(around.min.array() >= limits.min.array()).all() || !(around.max.array() <= limits.max.array()).all()) {
-        throw SetupError("machine.limits: the tool has to get all around the workspace, from " + text(around.min) + " to " +
-                         text(around.max) + " mm, but the limits are " + text(limits.min) + " to " + text(limits.max) +
-                         " mm: make the workspace smaller or the limits wider");
+    if (!limits.contains(around)) {
+        throw SetupError("machine.limits: the tool has to get all around the workspace, from " + point_text(around.min) + " to " +
+                         point_text(around.max) + ", but the limits are " + point_text(limits.min) + " to " + point_text(limits.max) +
+                         ": make the workspace smaller or the limits wider");
     }
     check_options(*workspace, config.probing);
     return *workspace;
@@ -133,14 +106,14 @@ MachineRun start_session(const SessionConfig& config, const std::filesystem::pat
     guarded.machine().make_ready();
     const JournalHeader header{config_digest(folder), guarded.device().position(), report.identity};
     check_start(workspace, config.machine->limits, header.start);
-    JournalWriter writer = JournalWriter::create(folder / kJournal, header);
+    JournalWriter writer = JournalWriter::create(folder / kJournalFile, header);
     JournalingDevice journal(Journal{header}, &writer, [&](const Point&) -> ProbeDevice& { return guarded.device(); });
     return finish(plan_on(journal, config, workspace, host), writer, guarded, config, workspace, host);
 }
 
 MachineRun replay_session(const SessionConfig& config, const std::filesystem::path& folder, const SessionHost& host) {
     const Workspace workspace = machine_workspace(config);
-    Journal record = read_journal(folder / kJournal);
+    Journal record = read_journal(folder / kJournalFile);
     check_config(record, folder);
     if (!record.end) throw SetupError(folder.string() + ": this session is not finished; resume it without --replay");
     const JournalEnd end = *record.end;
@@ -153,7 +126,7 @@ MachineRun replay_session(const SessionConfig& config, const std::filesystem::pa
 
 MachineRun resume_session(const SessionConfig& config, const std::filesystem::path& folder, const SessionHost& host) {
     const Workspace workspace = machine_workspace(config);
-    JournalWriter writer(folder / kJournal);
+    JournalWriter writer(folder / kJournalFile);
     std::optional<GuardedMachine> guarded;
     for (bool again = false;; again = true) {
         Journal record = writer.read();
@@ -168,8 +141,7 @@ MachineRun resume_session(const SessionConfig& config, const std::filesystem::pa
             guarded.emplace(*config.machine, host.stop);
             host.ask(describe_plan(*config.machine, guarded->machine().report(),
                                    "It will go back to where the session ended, touch a known place again, and go on."));
-            const Confirmation found =
-                return_to_work(guarded->machine(), guarded->device(), record, workspace, *config.machine, next_target);
+            const Confirmation found = return_to_work(*guarded, record, workspace, *config.machine, next_target);
             writer.append_resumed(found.contact_line, found.offset_mm);
             ++resumptions;
             return guarded->device();

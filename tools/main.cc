@@ -48,24 +48,23 @@ int main(int argc, char** argv) {
             ->multi_option_policy(CLI::MultiOptionPolicy::TakeAll);
     };
 
+    std::string up = "z";
+    const auto add_up = [](CLI::App* command, std::string& axis) {
+        command->add_option("--up", axis, "Axis that points up in the picture")
+            ->check(CLI::IsMember({"x", "y", "z"}))
+            ->capture_default_str();
+    };
+
     SimulateCommand simulate;
     CLI::App* const simulate_app =
         app.add_subcommand("simulate", "Probe a hidden object blind, by ray casting, and write a session folder");
     simulate_app->add_option("CONFIG", simulate.config, "Configuration, YAML")->required();
     simulate_app->add_option("-o,--output", simulate.folder, "Session folder to write")->required()->type_name("DIR");
     simulate_app->add_flag("--force", simulate.force, "Replace a session that is already in DIR");
-    std::string up = "z";
-    simulate_app->add_option("--up", up, "Axis that points up in the picture")
-        ->check(CLI::IsMember({"x", "y", "z"}))
-        ->capture_default_str();
+    add_up(simulate_app, up);
     add_overrides(simulate_app, simulate.overrides);
     simulate_app->footer("Example: palpate simulate config/examples/bunny.yaml -o bunny --up y --set probing.epsilon=0.5");
 
-    const auto add_up = [](CLI::App* command, std::string& axis) {
-        command->add_option("--up", axis, "Axis that points up in the picture")
-            ->check(CLI::IsMember({"x", "y", "z"}))
-            ->capture_default_str();
-    };
     const auto add_yes = [](CLI::App* command, bool& yes) {
         command->add_flag("--yes", yes, "Agree in advance that the machine moves: for unattended use");
     };

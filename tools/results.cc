@@ -2,6 +2,7 @@
 
 #include <ostream>
 
+#include "planner/number_text.h"
 #include "tools/picture.h"
 #include "tools/session_files.h"
 #include "tools/summary.h"
@@ -54,7 +55,7 @@ void print_result(const Result& r, double epsilon, const std::string& truth, std
     constexpr std::size_t kShown = 10;
     for (std::size_t k = 0; k < r.bad_places.size() && k < kShown; ++k) {
         const BadPlace& place = r.bad_places[k];
-        out << "  bad place    " << place.what << " at (" << place.position.transpose() << "): needs an epsilon below "
+        out << "  bad place    " << place.what << " at " << point_text(place.position) << ": needs an epsilon below "
             << place.epsilon_needed << " mm\n";
     }
     if (r.bad_places.size() > kShown) out << "  and " << r.bad_places.size() - kShown << " more bad places, see summary.json\n";

@@ -6,6 +6,7 @@
 #include "devices/device_oracle.h"
 #include "devices/errors.h"
 #include "devices/trail.h"
+#include "planner/number_text.h"
 
 namespace palpate {
 namespace {
@@ -15,16 +16,15 @@ using Outcome = MoveResult::Outcome;
 // mm: what rounding and the last steps of an interrupted move put the tool beside its way, at least.
 constexpr double kBesideWay = 0.05;
 
-std::string text(const Point& p) {
-    std::ostringstream out;
-    out << "(" << p.transpose() << ")";
-    return out.str();
-}
-
 class Return {
 public:
-    Return(Machine& machine, ProbeDevice& guarded, const Journal& journal, const Workspace& workspace, const MachineConfig& config)
-        : machine_(machine), guarded_(guarded), journal_(journal), workspace_(workspace), config_(config), trail_(journal) {}
+    Return(GuardedMachine& guarded, const Journal& journal, const Workspace& workspace, const MachineConfig& config)
+        : machine_(guarded.machine()),
+          guarded_(guarded.device()),
+          journal_(journal),
+          workspace_(workspace),
+          config_(config),
+          trail_(journal) {}
 
     Confirmation run(const Point& next_target) {
         const Point rest = journal_.last_rest();
@@ -49,10 +49,8 @@ public:
 private:
     // The limits are a box: what leads from one place in it to another stays in it.
     void check_limits(const Point& at) const {
-        const Box& limits = config_.limits;
-        const double rounding = config_.kinematics.resolution_mm;
-        if ((at.array() >= limits.min.array() - rounding).all() && (at.array() <= limits.max.array() + rounding).all()) return;
-        throw OutOfLimits("the tool is at " + text(at) + " mm, outside machine.limits: move it inside them by hand, then resume");
+        if (config_.limits.contains(at, config_.kinematics.resolution_mm)) return;
+        throw OutOfLimits("the tool is at " + point_text(at) + ", outside machine.limits: move it inside them by hand, then resume");
     }
 
     void go(const Point& target) {
@@ -79,9 +77,8 @@ private:
             go(start);
             go(trail_.way(start, journal_.last_rest()));
         } else {
-            throw PositionLost(
-                "the tool is at " + text(at) +
-                " mm, inside the workspace and not on a way that this session has gone: move it outside by hand, then resume");
+            throw PositionLost("the tool is at " + point_text(at) +
+                               ", inside the workspace and not on a way that this session has gone: move it outside by hand, then resume");
         }
     }
 
@@ -100,7 +97,7 @@ private:
         const double offset = (again.position - touched).dot(inwards);
         if (again.outcome != Outcome::contact || std::abs(offset) > tolerance) {
             std::ostringstream message;
-            message << "the place that was touched at " << text(touched) << " mm (line " << known.line + 1 << " of the journal) "
+            message << "the place that was touched at " << point_text(touched) << " (line " << known.line + 1 << " of the journal) "
                     << (again.outcome == Outcome::contact ? "is now touched " : "is not touched any more, within ")
                     << (again.outcome == Outcome::contact ? std::abs(offset) : 2 * tolerance) << " mm off (tolerance " << tolerance
                     << ", machine.datum_tolerance): the part or the machine's origin has moved. Put it back, or begin a new session";
@@ -121,13 +118,13 @@ private:
 
 }  // namespace
 
-Confirmation return_to_work(Machine& machine, ProbeDevice& guarded, const Journal& journal, const Workspace& workspace,
-                            const MachineConfig& config, const Point& next_target) {
-    return Return(machine, guarded, journal, workspace, config).run(next_target);
+Confirmation return_to_work(GuardedMachine& guarded, const Journal& journal, const Workspace& workspace, const MachineConfig& config,
+                            const Point& next_target) {
+    return Return(guarded, journal, workspace, config).run(next_target);
 }
 
-void leave_work(Machine& machine, ProbeDevice& guarded, const Journal& journal, const Workspace& workspace, const MachineConfig& config) {
-    Return(machine, guarded, journal, workspace, config).leave();
+void leave_work(GuardedMachine& guarded, const Journal& journal, const Workspace& workspace, const MachineConfig& config) {
+    Return(guarded, journal, workspace, config).leave();
 }
 
 }  // namespace palpate

@@ -17,13 +17,13 @@ struct Confirmation {
     double offset_mm = 0.0;                     // along the probe's way, between then and now
 };
 
-// `guarded` is the device on `machine` with its limits. `next_target` is where the next move goes: an interrupted session may have left the
+// `next_target` is where the next move goes: an interrupted session may have left the
 // tool on the way there. Throws DeviceError if the tool is where no way back is known, if something is in the way, or if the known
 // place has moved by more than the tolerance.
-[[nodiscard]] Confirmation return_to_work(Machine& machine, ProbeDevice& guarded, const Journal& journal, const Workspace& workspace,
+[[nodiscard]] Confirmation return_to_work(GuardedMachine& guarded, const Journal& journal, const Workspace& workspace,
                                           const MachineConfig& config, const Point& next_target);
 
 // From where a session ended back to where it began, outside ω, so that the next can begin there. Throws as above.
-void leave_work(Machine& machine, ProbeDevice& guarded, const Journal& journal, const Workspace& workspace, const MachineConfig& config);
+void leave_work(GuardedMachine& guarded, const Journal& journal, const Workspace& workspace, const MachineConfig& config);
 
 }  // namespace palpate

@@ -2,28 +2,22 @@
 
 #include <algorithm>
 #include <array>
-#include <charconv>
 #include <fstream>
 #include <system_error>
+
+#include "planner/number_text.h"
 
 namespace palpate {
 namespace {
 
 namespace fs = std::filesystem;
 
-constexpr std::array<const char*, 6> kSessionFiles = {"config.yaml", "journal.jsonl", "mesh.ply",
-                                                      "touches.csv", "summary.json",  "picture.png"};
-
-void append(std::string& text, double x) {
-    std::array<char, 32> digits{};
-    const auto end = std::to_chars(digits.data(), digits.data() + digits.size(), x).ptr;
-    text.append(digits.data(), end);
-}
+constexpr std::array<const char*, 6> kSessionFiles = {kConfigFile, kJournalFile, "mesh.ply", "touches.csv", "summary.json", "picture.png"};
 
 void append(std::string& text, const Point& p, char separator) {
     for (int axis = 0; axis < 3; ++axis) {
         if (axis > 0) text += separator;
-        append(text, p[axis]);
+        append_number(text, p[axis]);
     }
 }
 
@@ -57,6 +51,15 @@ void prepare_session_folder(const fs::path& folder, bool force) {
     if (error || !fs::is_directory(folder)) throw OutputError(folder.string() + ": cannot make this folder: " + error.message());
     write_file(folder / "palpate.trial", "");
     fs::remove(folder / "palpate.trial", error);
+}
+
+void remove_unbegun_session(const fs::path& folder) {
+    std::error_code ignored;
+    const fs::path journal = folder / kJournalFile;
+    if (fs::exists(journal, ignored) && fs::file_size(journal, ignored) > 0) return;
+    fs::remove(journal, ignored);
+    // Without a journal, the mesh of a simulation says that there is a session.
+    if (!fs::exists(folder / "mesh.ply", ignored)) fs::remove(folder / kConfigFile, ignored);
 }
 
 void write_file(const fs::path& file, const std::string& content) {

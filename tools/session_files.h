@@ -1,4 +1,5 @@
-// What a session leaves behind (DESIGN section 9): config.yaml, mesh.ply, touches.csv, summary.json, picture.png.
+// What a session leaves behind (DESIGN section 9): config.yaml, mesh.ply, touches.csv, summary.json, picture.png; on a machine
+// journal.jsonl.
 #pragma once
 
 #include <filesystem>
@@ -7,6 +8,9 @@
 #include "planner/prober.h"
 
 namespace palpate {
+
+inline constexpr const char* kConfigFile = "config.yaml";
+inline constexpr const char* kJournalFile = "journal.jsonl";
 
 // A folder or file that cannot be used. The message names it and says what to do.
 class OutputError : public std::runtime_error {
@@ -17,6 +21,9 @@ public:
 // Makes the folder and tries it, before a run that would otherwise be lost; a session that is there stays as it is. Throws
 // OutputError if it holds a session already and not `force`, or cannot be made or written.
 void prepare_session_folder(const std::filesystem::path& folder, bool force);
+
+// Takes away what a session on a machine left that ended before its journal was begun: it is in nobody's way.
+void remove_unbegun_session(const std::filesystem::path& folder);
 
 // Writes a whole file, or leaves what was there as it was. Throws OutputError.
 void write_file(const std::filesystem::path& file, const std::string& content);

@@ -3,6 +3,7 @@
 #include <sstream>
 
 #include "devices/device_oracle.h"
+#include "planner/number_text.h"
 #include "sim/simulated_device.h"
 #include "sim/workspace_fit.h"
 #include "tools/timed_oracle.h"
@@ -23,13 +24,10 @@ Scene build_scene(const SessionConfig& config) {
     HiddenObject object(*config.object);
     Workspace workspace = build_workspace(config.workspace, object);
     if (const auto outside = point_outside(object, workspace)) {
-        std::ostringstream message;
         const Bounds& bounds = object.bounds();
-        message << "workspace: the object is not well inside it: it has a point at (" << outside->transpose()
-                << "), outside or at the boundary, where the "
-                << "tool moves; its bounds are (" << bounds.min.transpose() << ") to (" << bounds.max.transpose()
-                << "); make the workspace larger, or say workspace: auto";
-        throw SetupError(message.str());
+        throw SetupError("workspace: the object is not well inside it: it has a point at " + point_text(*outside) +
+                         ", outside or at the boundary, where the tool moves; its bounds are " + point_text(bounds.min) + " to " +
+                         point_text(bounds.max) + "; make the workspace larger, or say workspace: auto");
     }
     check_options(workspace, config.probing);
     return {std::move(object), std::move(workspace)};
@@ -58,6 +56,7 @@ Simulation simulate(const SessionConfig& config, const Scene& scene, const std::
     run.unsafe_moves = device.unsafe_moves();
     run.moves = device.moves();
     run.distance = device.distance();
+    run.machine_time = estimate_machine_time(run.result.account, config.probing.rates);
     return run;
 }
 

@@ -35,6 +35,7 @@ struct Simulation {
     std::uint64_t unsafe_moves = 0;      // counted by the simulator, not by the planner
     std::uint64_t moves = 0;             // likewise
     double distance = 0.0;               // mm, likewise
+    Seconds machine_time{0.0};           // what a machine would take for it
     double planner_seconds = 0.0;        // without the oracle
     double oracle_seconds = 0.0;
 };

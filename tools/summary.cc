@@ -90,7 +90,7 @@ const char* to_string(Certificate::Status status) {
 }
 
 std::string to_json(const Simulation& run, double epsilon) {
-    Json json = summarise(run.result, epsilon, run.planner_seconds, run.oracle_seconds, estimate_machine_time(run.result.account).count());
+    Json json = summarise(run.result, epsilon, run.planner_seconds, run.oracle_seconds, run.machine_time.count());
     json["truth"] = {
         {"hausdorff", number(run.truth.hausdorff)},
         {"mean_distance", number(run.truth.mean_distance)},

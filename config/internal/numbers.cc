@@ -7,6 +7,8 @@
 #include <stdexcept>
 #include <system_error>
 
+#include "planner/number_text.h"
+
 namespace palpate::yaml {
 
 namespace {
@@ -93,9 +95,7 @@ double read_degrees(const Value& node, const Bounds& bounds, const std::string& 
 
 std::string number_text(double value) {
     require_finite(value);
-    std::array<char, 32> buffer{};
-    const auto [end, error] = std::to_chars(buffer.begin(), buffer.end(), value);
-    return {buffer.begin(), end};
+    return palpate::number_text(value);
 }
 
 std::string degrees_text(double radians) {

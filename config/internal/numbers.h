@@ -18,7 +18,7 @@ namespace palpate::yaml {
 // double of radians: about one in nine would not survive writing and reading.
 [[nodiscard]] double read_degrees(const Value& node, const Bounds& bounds, const std::string& path, const std::string& allowed);
 
-// The shortest text that reads back to `value`. Throws std::invalid_argument when it is not finite.
+// palpate::number_text, which throws std::invalid_argument when `value` is not finite.
 [[nodiscard]] std::string number_text(double value);
 // The shortest number of degrees that read_degrees turns back into `radians`. Throws as above.
 [[nodiscard]] std::string degrees_text(double radians);

@@ -1,7 +1,6 @@
 #include "config/internal/read_machine.h"
 
 #include <array>
-#include <sstream>
 
 namespace palpate::yaml {
 namespace {
@@ -77,6 +76,7 @@ MultiTouchOptions read_touch(Section& section) {
         section.flag({"discard_first", "whether the first slow touch does not count: first touches are often off"}, touch.discard_first);
     touch.confirm =
         section.flag({"confirm", "whether a single touch is looked at again, so that a false trigger is found out"}, touch.confirm);
+    touch.confirm_travel = section.flag({"confirm_travel", "the same for a touch where space is known to be free"}, touch.confirm_travel);
     return touch;
 }
 
@@ -84,20 +84,8 @@ Box read_limits(Section& section) {
     Box box;
     box.min = section.vector({"min", "lowest corner", Need::required, kMillimetres}, kAnyNumber);
     box.max = section.vector({"max", "highest corner", Need::required, kMillimetres}, kAnyNumber);
-    section.require((box.min.array() < box.max.array()).all(), "max",
-                    "is not greater than min in each coordinate; allowed: greater than min in x, y and z (mm)");
+    section.require(box.is_valid(), "max", "is not greater than min in each coordinate; allowed: greater than min in x, y and z (mm)");
     return box;
-}
-
-// DEVICES section 4: the tool stands before the probe can give way no more.
-void require_stopping(Section& section, const Kinematics& k) {
-    for (const double feed : {k.feeds.travel_mm_per_s, k.feeds.probe_mm_per_s, k.feeds.touch_mm_per_s}) {
-        const double distance = stopping_distance(k, feed);
-        std::ostringstream message;
-        message << "is too small: at " << feed << " mm/s the machine needs " << distance
-                << " mm to stop; allowed: more than that, or lower machine.feeds";
-        section.require(distance < k.overtravel_mm, "overtravel", message.str());
-    }
 }
 
 }  // namespace
@@ -139,7 +127,11 @@ MachineConfig read_machine(Section& section, const std::filesystem::path& folder
         {"datum_tolerance", "a place touched before may be off by that when a session is resumed", Need::optional, kMillimetres}, kPositive,
         machine.datum_tolerance_mm);
     section.require_one_alternative();
-    require_stopping(section, k);
+    section.require(machine.homing == Homing::require || std::holds_alternative<GrblSpec>(machine.connection), "homing",
+                    "is not possible with machine.modbus, whose registers have no command for it; allowed: require; home the machine at "
+                    "its own panel");
+    const std::string problem = stopping_problem(k);
+    section.require(problem.empty(), "overtravel", "is too small: " + problem + "; allowed: more than that, or lower machine.feeds");
     section.require(k.retract_mm >= kLeastRetract * k.resolution_mm, "retract",
                     "is lost in the machine's rounding; allowed: at least 5 x machine.resolution");
     return machine;

@@ -5,6 +5,7 @@
 #include <utility>
 
 #include "devices/errors.h"
+#include "planner/number_text.h"
 
 namespace palpate {
 namespace {
@@ -38,12 +39,6 @@ std::string fault_text(std::uint16_t code) {
         }
     };
     return std::string("fault ") + digits.data() + ": " + meaning();
-}
-
-std::string point_text(const Point& p) {
-    std::array<char, 96> text{};
-    (void)std::snprintf(text.data(), text.size(), "(%.3f, %.3f, %.3f) mm", p.x(), p.y(), p.z());
-    return text.data();
 }
 
 // What is known of a move while it runs.

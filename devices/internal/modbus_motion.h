@@ -57,6 +57,5 @@ private:
 
 // "fault 0x8612: a target or a position beyond the limits"
 [[nodiscard]] std::string fault_text(std::uint16_t code);
-[[nodiscard]] std::string point_text(const Point& p);
 
 }  // namespace palpate

@@ -3,7 +3,8 @@
 #include <Eigen/Geometry>
 #include <algorithm>
 #include <cmath>
-#include <sstream>
+
+#include "planner/number_text.h"
 
 namespace palpate {
 namespace {
@@ -164,9 +165,7 @@ void Inference::note(Refutation refutation) {
 
 void Inference::contradict(std::span<const std::uint32_t> samples, const Point& x) {
     if (!is_worse(1)) return;
-    std::ostringstream text;
-    text << "S was not met at (" << x.transpose() << "), where the bound makes it cross";
-    note({{samples.begin(), samples.end()}, 1, 0, text.str()});
+    note({{samples.begin(), samples.end()}, 1, 0, "S was not met at " + point_text(x) + ", where the bound makes it cross"});
 }
 
 void Inference::check_way(const Point& x, std::uint32_t home) {
@@ -178,9 +177,7 @@ void Inference::check_way(const Point& x, std::uint32_t home) {
     check(x, true, lenses);
     if (bound_.is_local && apexes_[nearest].clearance == clearance_before) apexes_[nearest].clearance *= kBlocked;
     if (bound_.is_local || is_refuted()) return;
-    std::ostringstream text;
-    text << "the touch at (" << x.transpose() << ") was met on a way that the bound makes free";
-    note({{nearest}, 1, 0, text.str()});
+    note({{nearest}, 1, 0, "the touch at " + point_text(x) + " was met on a way that the bound makes free"});
 }
 
 void Inference::refute(std::uint32_t sample, const Point& x, bool touched) {
@@ -197,10 +194,11 @@ void Inference::refute(std::uint32_t sample, const Point& x, bool touched) {
     };
     const double share = largest_share(allows);
     if (!is_worse(share)) return;
-    std::ostringstream text;
-    text << (touched ? "the touch at (" : "the free place (") << x.transpose() << ") contradicts the normals that the samples around ("
-         << apex.position.transpose() << ") allow";
-    note({{sample}, share, 0, text.str()});
+    note({{sample},
+          share,
+          0,
+          (touched ? "the touch at " : "the free place ") + point_text(x) + " contradicts the normals that the samples around " +
+              point_text(apex.position) + " allow"});
 }
 
 void Inference::refute(const FacetView& seen) {
@@ -224,9 +222,10 @@ void Inference::refute(const FacetView& seen) {
     };
     const double share = largest_share(allows);
     if (!is_worse(share)) return;
-    std::ostringstream text;
-    text << "the samples around (" << seen.line.origin.transpose() << ") would make a place there free and inside the object at once";
-    note({{seen.exterior_of, seen.interior_of}, share, 0, text.str()});
+    note({{seen.exterior_of, seen.interior_of},
+          share,
+          0,
+          "the samples around " + point_text(seen.line.origin) + " would make a place there free and inside the object at once"});
 }
 
 void Inference::lower(double share) {

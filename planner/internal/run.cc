@@ -275,7 +275,7 @@ bool Run::is_budget_used_up() {
     if (budget.displacement && account.displacement() >= *budget.displacement) {
         return stop(*budget.displacement, " mm of displacement");
     }
-    if (budget.machine_time && estimate_machine_time(account).count() >= *budget.machine_time) {
+    if (budget.machine_time && estimate_machine_time(account, options_.rates).count() >= *budget.machine_time) {
         return stop(*budget.machine_time, " s of machine time");
     }
     return false;

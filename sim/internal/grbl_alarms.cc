@@ -106,6 +106,7 @@ std::optional<int> GrblMachine::suffer(VirtualFault::When when, double at) {
             apply(fault);
         }
     }
+    if (silent_) return std::nullopt;  // a dead controller raises none
     return code;
 }
 

@@ -157,8 +157,7 @@ void GrblMachine::home() {
 }
 
 bool GrblMachine::is_beyond_limits(const Point& target) const {
-    const Box& limits = tool_.options().limits;
-    return settings_.soft_limits() && ((target.array() < limits.min.array()).any() || (target.array() > limits.max.array()).any());
+    return settings_.soft_limits() && !tool_.options().limits.contains(target);
 }
 
 void GrblMachine::jog(std::string_view line) {

@@ -111,7 +111,7 @@ MachineConfig random_machine(Random& random) {
         if (flip(random)) modbus.profile = "/no such folder/profile.yaml";
         machine.connection = modbus;
     }
-    machine.homing = static_cast<Homing>(random() % 3);
+    if (std::holds_alternative<GrblSpec>(machine.connection)) machine.homing = static_cast<Homing>(random() % 3);
     machine.origin = any_vector(random);
     machine.limits.min = any_vector(random);
     machine.limits.max = machine.limits.min.array() + machine.limits.min.array().abs() + 1;
@@ -129,6 +129,7 @@ MachineConfig random_machine(Random& random) {
     machine.touch.retries = static_cast<int>(random() % 100);
     machine.touch.discard_first = flip(random);
     machine.touch.confirm = flip(random);
+    machine.touch.confirm_travel = flip(random);
     machine.datum_tolerance_mm = share();
     return machine;
 }
@@ -179,10 +180,11 @@ public:
         add_all(m.connection, std::uint64_t(m.homing), m.origin, m.limits, k.feeds.travel_mm_per_s, k.feeds.probe_mm_per_s,
                 k.feeds.touch_mm_per_s, k.acceleration_mm_per_s2, k.latency.count(), k.overtravel_mm, k.retract_mm, k.resolution_mm,
                 m.noise_mm, std::uint64_t(m.touch.samples), m.touch.tolerance_mm, std::uint64_t(m.touch.retries),
-                std::uint64_t{m.touch.discard_first}, std::uint64_t{m.touch.confirm}, m.datum_tolerance_mm);
+                std::uint64_t{m.touch.discard_first}, std::uint64_t{m.touch.confirm}, std::uint64_t{m.touch.confirm_travel},
+                m.datum_tolerance_mm);
     }
     void add(const Options& o) {
-        add_all(o.touch_error, o.retract);
+        add_all(o.touch_error, o.retract, o.rates.travel_feed_mm_per_s, o.rates.probe_feed_mm_per_s, o.rates.touch.count());
         add_all(o.epsilon, std::uint64_t{o.reach.has_value()}, o.reach.value_or(0.0), o.refinement_floor, o.audit, o.random_seed,
                 std::uint64_t{o.standoff.has_value()}, o.standoff.value_or(0.0));
         for (const int word : {static_cast<int>(o.strategy.refine), static_cast<int>(o.strategy.explore),
@@ -311,6 +313,7 @@ SessionConfig random_config(std::mt19937_64& random) {
     config.probing.random_seed = random();
     if (config.machine) {
         probing.touch_error = config.machine->touch_error();
+        probing.rates = machine_rates(config.machine->kinematics);
         probing.retract = config.machine->kinematics.retract_mm;
     }
     return config;

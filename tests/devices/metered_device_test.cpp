@@ -89,6 +89,16 @@ TEST(MeteredDevice, TimeOfATouchHasRunningOnAndTheWayBack) {
     EXPECT_NEAR(metered.meter().machine_time.count(), there + back, 1e-12);
 }
 
+TEST(MeteredDevice, CountsOfTouchesTakeTheSameTime) {
+    FakeProbe probe(half_space(Vector::UnitX(), 0), {5, 0, 0}, 1);
+    MeteredDevice metered(probe, kinematics());
+    (void)metered.guarded_move({-1, 0, 0}, Pace::probe);
+    Account account;
+    account.probing = 5;
+    account.contact = 1;
+    EXPECT_NEAR(estimate_machine_time(account, machine_rates(kinematics())).count(), metered.meter().machine_time.count(), 1e-12);
+}
+
 TEST(MeteredDevice, ADeviceThatRestsOnTheTouchedPointIsGivenARetractThereAndBack) {
     FakeProbe probe(half_space(Vector::UnitX(), 0), {5, 0, 0}, 0);
     MeteredDevice metered(probe, kinematics());

@@ -105,6 +105,12 @@ TEST_P(Refined, ABudgetEndsTheRunWithWhatItKnows) {
             EXPECT_GE(r.account.probes(), 400U);
             EXPECT_LE(r.account.probes(), 410U) << "what is under way is finished";
         }
+        if (budget.machine_time) {
+            EXPECT_GE(estimate_machine_time(r.account, options.rates).count(), 200);
+            EXPECT_LE(estimate_machine_time(r.account, options.rates).count(), 220);
+            options.rates.touch = Seconds(10);
+            EXPECT_LT(FinishedRun(subject("torus"), options).result().account.contact, 21U) << "a slow machine touches less";
+        }
         if (budget.displacement) {
             EXPECT_GE(r.account.displacement(), 80);
             EXPECT_LE(r.account.displacement(), 95);

@@ -94,6 +94,31 @@ TEST(Workspace, ContainsItsBoundaryAndKnowsItsSize) {
     EXPECT_EQ(box.volume(), 36);
 }
 
+TEST(Box, ContainsWhatEveryCoordinateSays) {
+    SCOPED_TRACE(seed_text(kSeed));
+    Random random(kSeed);
+    const Box box{{-1, 0, 2}, {1, 3, 4}};
+    constexpr double kNan = std::numeric_limits<double>::quiet_NaN();
+    for (int i = 0; i < 5000; ++i) {
+        Point p = random.in_box({-1.5, -0.5, 1.5}, {1.5, 3.5, 4.5});
+        if (i % 3 == 0) p[i % 9 / 3] = i % 2 == 0 ? box.min[i % 9 / 3] : box.max[i % 9 / 3];  // in a face
+        const double slack = i % 2 == 0 ? 0.0 : 0.25;
+        bool inside = true;
+        for (int axis = 0; axis < 3; ++axis) inside = inside && p[axis] >= box.min[axis] - slack && p[axis] <= box.max[axis] + slack;
+        EXPECT_EQ(box.contains(p, slack), inside) << p.transpose();
+        p[i % 3] = kNan;
+        EXPECT_FALSE(box.contains(p, slack));
+    }
+    EXPECT_TRUE(box.contains(box));
+    EXPECT_TRUE(box.contains(Box{{0, 1, 3}, {1, 2, 4}}));
+    EXPECT_FALSE(box.contains(Box{{0, 1, 3}, {1, 2, 4.1}}));
+    EXPECT_FALSE(box.contains(Box{{-1.1, 1, 3}, {1, 2, 4}}));
+    EXPECT_TRUE(box.is_valid());
+    EXPECT_FALSE((Box{{0, 0, 0}, {1, 0, 1}}.is_valid()));
+    EXPECT_FALSE((Box{{0, 0, 0}, {1, std::numeric_limits<double>::infinity(), 1}}.is_valid()));
+    EXPECT_FALSE((Box{{0, kNan, 0}, {1, 1, 1}}.is_valid()));
+}
+
 TEST(Workspace, NearestBoundaryIsOnTheBoundaryAndNothingIsNearer) {
     SCOPED_TRACE(seed_text(kSeed));
     Random random(kSeed);

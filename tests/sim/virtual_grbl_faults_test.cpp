@@ -105,6 +105,15 @@ TEST_F(VirtualGrblFaultsTest, ADeadControllerSaysNothingUntilItIsReset) {
     EXPECT_THAT(rest(), Contains("Grbl 1.1h ['$' for help]"));
 }
 
+TEST_F(VirtualGrblFaultsTest, ADeadControllerRaisesNoAlarm) {
+    for (const double alarm_at : {1.0, 2.0}) {
+        options.faults = {{Kind::silence, When::time, 1.0}, {Kind::alarm, When::time, alarm_at, 1.0}};
+        start();
+        send("G38.2 X0 F300\n");
+        EXPECT_THAT(after(10.0), IsEmpty());
+    }
+}
+
 TEST_F(VirtualGrblFaultsTest, SpuriousTriggersComeAsOftenAsTheirRateSays) {
     constexpr int kMoves = 2000;
     options.spurious_rate = 0.1;

@@ -93,14 +93,14 @@ protected:
     MachineSession() {
         std::string name = (fs::temp_directory_path() / "palpate_session_XXXXXX").string();
         folder_ = mkdtemp(name.data());
-        write("part.yaml", "grbl: {port: " + port().string() + "}");
+        write("part.yaml", "grbl: {port: " + port().string() + "}\n  homing: run");
     }
     ~MachineSession() override { fs::remove_all(folder_); }
 
     [[nodiscard]] fs::path port() const { return folder_ / "tty"; }
     void write(const std::string& name, const std::string& connection) const {
         std::ofstream(folder_ / name) << "machine:\n  " << connection << "\n"
-                                      << "  homing: run\n  origin: [-60, -50, -40]\n  limits: {min: [-15, -15, -15], max: [15, 15, 15]}\n"
+                                      << "  origin: [-60, -50, -40]\n  limits: {min: [-15, -15, -15], max: [15, 15, 15]}\n"
                                          "  retract: 0.2\nworkspace: {ball: {center: [0, 0, 0], radius: 7}}\n"
                                          "probing: {epsilon: 2, reach: 4.9}\n";
     }
@@ -442,7 +442,7 @@ TEST_F(MachineSession, NothingMovesWithoutConsent) {
     EXPECT_THAT(read("out.txt"), HasSubstr("nothing has moved"));
     EXPECT_EQ(machine.audit().moves, 0U);
     EXPECT_EQ(run({"touch", "part.yaml", "--from", "0,0,12", "--to", "0,0,0", "--yes"}), 0) << read("out.txt");
-    EXPECT_THAT(read("out.txt"), HasSubstr("contact at 0, 0, 5"));
+    EXPECT_THAT(read("out.txt"), HasSubstr("contact at (0, 0, 5) mm, 7 mm from"));
     expect_safe(machine);
 }
 

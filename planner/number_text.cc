@@ -1,8 +1,9 @@
-#include "devices/internal/number_text.h"
+#include "planner/number_text.h"
 
 #include <array>
 #include <charconv>
 #include <cmath>
+#include <string_view>
 
 namespace palpate {
 
@@ -22,6 +23,16 @@ std::string number_text(double x, const char* unit) {
     return text + unit;
 }
 
-std::string place_text(const Point& p) { return "(" + number_text(p.x()) + ", " + number_text(p.y()) + ", " + number_text(p.z()) + ")"; }
+std::string point_text(const Point& p) {
+    constexpr int kDigits = 7;
+    std::array<char, 64> text{};  // three times up to 14: "-1.234567e-308"
+    char* end = text.data();
+    char* const last = text.data() + text.size();
+    for (int axis = 0; axis < 3; ++axis) {
+        for (const char c : std::string_view(axis == 0 ? "(" : ", ")) *end++ = c;
+        end = std::to_chars(end, last, p[axis], std::chars_format::general, kDigits).ptr;
+    }
+    return std::string(text.data(), end) + ") mm";
+}
 
 }  // namespace palpate

@@ -1,0 +1,83 @@
+#include "config/internal/read_machine.h"
+
+#include <gtest/gtest.h>
+
+#include "config/reader.h"
+#include "tests/config/support.h"
+
+namespace palpate {
+namespace {
+
+const std::string kRest = "limits: {min: [-20, -20, -20], max: [20, 20, 40]}}\nprobing: {epsilon: 0.25}\n";
+const std::string kGrbl = "machine: {grbl: {port: /dev/ttyUSB0}, ";
+const std::string kModbus = "machine: {modbus: {tcp: {host: mill}}, ";
+
+class MachineReader : public testing::Test {
+protected:
+    [[nodiscard]] SessionConfig read(const std::string& text) const { return read_config(folder_.write("s.yaml", text), {}); }
+
+    // What the reader says about `text`, without folder and line.
+    [[nodiscard]] std::string complaint(const std::string& text) const {
+        try {
+            (void)read(text);
+        } catch (const ConfigError& error) {
+            const std::string message = error.what();
+            const std::size_t line = message.find("s.yaml:");
+            return message.substr(message.find(' ', line) + 1);
+        }
+        return "nothing";
+    }
+
+    test::TemporaryFolder folder_;
+};
+
+TEST_F(MachineReader, FillsInDefaults) {
+    const MachineConfig machine = read(kGrbl + kRest).machine.value();
+    const auto& grbl = std::get<GrblSpec>(machine.connection);
+    EXPECT_EQ(grbl.port.path, "/dev/ttyUSB0");
+    EXPECT_EQ(grbl.port.baud, 115200);
+    EXPECT_EQ(machine.homing, Homing::require);
+    EXPECT_EQ(machine.origin, Point::Zero());
+    EXPECT_EQ(machine.limits.max, Point(20, 20, 40));
+    EXPECT_TRUE(machine.touch.confirm);
+    EXPECT_TRUE(machine.touch.confirm_travel);
+    const auto modbus = std::get<ModbusSpec>(read(kModbus + kRest).machine->connection);
+    EXPECT_EQ(std::get<ModbusTcpSpec>(modbus.line).port, 502);
+    EXPECT_EQ(modbus.unit, 1);
+}
+
+// What the planner has to know of the machine goes with the task.
+TEST_F(MachineReader, TellsThePlannerWhatTheMachineCan) {
+    const SessionConfig config = read(
+        kGrbl + "resolution: 0.01, noise: 0.003, retract: 0.7, acceleration: 100, latency: 0.01, feeds: {travel: 15, probe: 4}, " + kRest);
+    EXPECT_DOUBLE_EQ(config.probing.touch_error, 0.023);
+    EXPECT_EQ(config.probing.retract, 0.7);
+    EXPECT_EQ(config.probing.rates.travel_feed_mm_per_s, 15);
+    EXPECT_EQ(config.probing.rates.probe_feed_mm_per_s, 4);
+    // It runs on by 4 · 0.01 + 16/200 = 0.12 mm, and speeding up and slowing down take 0.04 s on each way.
+    EXPECT_NEAR(config.probing.rates.touch.count(), 0.12 / 4 + 0.04 + 0.82 / 4 + 0.04, 1e-12);
+}
+
+TEST_F(MachineReader, RefusesWhatCannotBe) {
+    EXPECT_EQ(complaint("machine: {" + kRest), "machine: holds none of its alternatives; allowed: exactly one of grbl, modbus");
+    EXPECT_EQ(complaint("machine: {grbl: {port: /dev/ttyUSB0}}\nprobing: {epsilon: 1}\n"),
+              "machine.limits: is required; allowed: a mapping of the keys below it");
+    EXPECT_EQ(complaint(kGrbl + "limits: {min: [0, 0, 0], max: [1, 0, 1]}}\nprobing: {epsilon: 1}\n"),
+              "machine.limits.max: is not greater than min in each coordinate; allowed: greater than min in x, y and z (mm)");
+    // 60 · 0.002 + 3600/400
+    EXPECT_EQ(
+        complaint(kGrbl + "feeds: {travel: 60}, " + kRest),
+        "machine.overtravel: is too small: at 60 mm/s the machine needs 9.12 mm to stop, but the probe gives way by 2 mm; allowed: more "
+        "than that, or lower machine.feeds");
+    EXPECT_EQ(complaint(kGrbl + "retract: 0.004, " + kRest),
+              "machine.retract: is lost in the machine's rounding; allowed: at least 5 x machine.resolution");
+    for (const char* word : {"run", "skip"}) {
+        EXPECT_EQ(complaint(kModbus + "homing: " + word + ", " + kRest),
+                  "machine.homing: is not possible with machine.modbus, whose registers have no command for it; allowed: require; home the "
+                  "machine at its own panel");
+    }
+    EXPECT_EQ(complaint(kModbus + "homing: require, " + kRest), "nothing");
+}
+
+}  // namespace
+}  // namespace palpate
