@@ -167,10 +167,15 @@ void Controller::on_alarm(const Alarm& alarm) {
 
 // --- connecting ------------------------------------------------------------------------------------------------------
 
-bool Controller::wait_for_first_status() {
+bool Controller::wait_for_first_status(const std::stop_token& stop) {
     const auto until = link_.now() + kBootTime;
     bool was_reset = false;
     while (link_.now() < until) {
+        if (stop.stop_requested()) {
+            link_.send_realtime(kFeedHold);  // an earlier host's motion, for all that is known
+            state_ = State::lost;
+            throw Stopped("stopped before the machine on " + link_.name() + " had answered; it was told to hold");
+        }
         link_.send_realtime(kAskStatus);
         const auto next_poll = link_.now() + 2 * kPollInterval;
         while (const auto message = link_.receive(next_poll)) {
@@ -186,15 +191,15 @@ bool Controller::wait_for_first_status() {
     return false;
 }
 
-void Controller::connect() {
+void Controller::connect(const std::stop_token& stop) {
     state_ = State::connecting;
-    if (!wait_for_first_status()) {
+    if (!wait_for_first_status(stop)) {
         state_ = State::lost;
         throw DeviceTimeout("nothing that speaks GRBL answers on " + link_.name() +
                             ": is it the right port (palpate ports), is machine.grbl.baud right, is the machine on?" + link_.history());
     }
     // Lines are heard at a standstill only.
-    const std::string state = wait_for_standstill(kLongestMove).state;
+    const std::string state = wait_for_standstill(kLongestMove, stop).state;
     if (state == "Check") {
         throw DeviceRefused(0, "the machine on " + link_.name() + " is in check mode, in which nothing moves: leave it with $C");
     }
@@ -261,11 +266,16 @@ Place Controller::resting_place() {
     fail_silent("two reports of status that agree");
 }
 
-Place Controller::wait_for_standstill(std::chrono::nanoseconds longest) {
+Place Controller::wait_for_standstill(std::chrono::nanoseconds longest, const std::stop_token& stop) {
     const auto until = link_.now() + longest;
     while (true) {
         const Place place = this->place();
         if (!is_moving(place)) return place;
+        if (stop.stop_requested()) {
+            link_.send_realtime(kFeedHold);
+            state_ = State::lost;
+            throw Stopped("stopped while the machine on " + link_.name() + " carried out an earlier command; it was told to hold");
+        }
         if (link_.now() > until) fail_silent("the end of a motion");
         (void)next(link_.now() + kPollInterval);
     }

@@ -46,7 +46,8 @@ public:
     Controller(ByteStream& stream, Clock& clock) : link_(stream, clock) {}
 
     // Waits for the controller to answer, for a motion that an earlier host began to end, and reads all it says of itself. Moves nothing.
-    void connect();
+    // Throws Stopped once `stop` is requested; what moves is told to hold.
+    void connect(const std::stop_token& stop);
     // $H, as long as that takes. REQUIRES: locked or idle.
     // Throws PositionLost once `stop` is requested: homing cannot be held.
     void home(const std::stop_token& stop);
@@ -90,10 +91,10 @@ private:
     // an older command's.
     std::vector<Message> ask(const std::string& line, const std::function<bool(const Message&)>& is_answer,
                              std::chrono::milliseconds timeout);
-    [[nodiscard]] bool wait_for_first_status();
+    [[nodiscard]] bool wait_for_first_status(const std::stop_token& stop);
     void read_identity();
     void clear_motion_mode();
-    [[nodiscard]] Place wait_for_standstill(std::chrono::nanoseconds longest);
+    [[nodiscard]] Place wait_for_standstill(std::chrono::nanoseconds longest, const std::stop_token& stop = {});
     void reset();
     void wait_for_banner();
     [[noreturn]] void on_alarm(const Alarm& alarm);

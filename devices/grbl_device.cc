@@ -62,7 +62,7 @@ std::string probe_line(const std::string& word, const Point& work, double feed_m
 GrblDevice::GrblDevice(ByteStream& stream, Clock& clock, const GrblOptions& options, std::stop_token stop)
     : controller_(stream, clock), options_(options), stop_(std::move(stop)) {
     require_stopping(options_.kinematics);
-    controller_.connect();
+    controller_.connect(stop_);
     position_ = controller_.resting_place().position;
 }
 

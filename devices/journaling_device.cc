@@ -4,6 +4,7 @@
 #include <cstring>
 #include <sstream>
 
+#include "devices/errors.h"
 #include "devices/internal/journal_words.h"
 
 namespace palpate {
@@ -43,6 +44,7 @@ MoveResult JournalingDevice::guarded_move(const Point& target, Pace pace) {
 }
 
 const JournalMove& JournalingDevice::replay(const Point& target, Pace pace) {
+    if (stop_.stop_requested()) throw Stopped("stopped while the journal was replayed; nothing has moved");
     const JournalMove& known = record_.moves[next_];
     if (!same_bits(known.target, target) || known.pace != pace) {
         throw ReplayMismatch("line " + std::to_string(known.line + 1) + " of the journal answers " + describe(known.target, known.pace) +

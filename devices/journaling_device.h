@@ -3,6 +3,7 @@
 
 #include <cstddef>
 #include <functional>
+#include <stop_token>
 
 #include "devices/journal.h"
 
@@ -20,12 +21,13 @@ public:
     // machine to where the record ends.
     using GoLive = std::function<ProbeDevice&(const Point& target)>;
 
-    // `writer` is where new answers go; nothing: there is no machine, and the record has to suffice. It must outlive the device.
-    JournalingDevice(Journal record, JournalWriter* writer, GoLive go_live)
-        : record_(std::move(record)), writer_(writer), go_live_(std::move(go_live)), rest_(record_.header.start) {}
+    // `writer` is where new answers go; nothing: there is no machine, and the record has to suffice. It must outlive the device. `stop`
+    // ends a replay; what is live hears it by itself.
+    JournalingDevice(Journal record, JournalWriter* writer, GoLive go_live, std::stop_token stop = {})
+        : record_(std::move(record)), writer_(writer), go_live_(std::move(go_live)), stop_(std::move(stop)), rest_(record_.header.start) {}
 
     [[nodiscard]] Point position() const override { return device_ != nullptr ? device_->position() : rest_; }
-    // Throws ReplayMismatch, JournalError (the answer is lost then, not the journal), and what the device throws.
+    // Throws ReplayMismatch, Stopped, JournalError (the answer is lost then, not the journal), and what the device throws.
     [[nodiscard]] MoveResult guarded_move(const Point& target, Pace pace) override;
     void stop() override;
 
@@ -41,6 +43,7 @@ private:
     Journal record_;
     JournalWriter* writer_;
     GoLive go_live_;
+    std::stop_token stop_;
     ProbeDevice* device_ = nullptr;
     std::size_t next_ = 0;
     bool went_live_ = false;

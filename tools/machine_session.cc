@@ -117,7 +117,7 @@ MachineRun replay_session(const SessionConfig& config, const std::filesystem::pa
     check_config(record, folder);
     if (!record.end) throw SetupError(folder.string() + ": this session is not finished; resume it without --replay");
     const JournalEnd end = *record.end;
-    JournalingDevice journal(std::move(record), nullptr, {});
+    JournalingDevice journal(std::move(record), nullptr, {}, host.stop);
     MachineRun run = plan_on(journal, config, workspace, host);
     run.planner_seconds = end.planner_seconds;
     run.oracle_seconds = end.oracle_seconds;
@@ -137,7 +137,7 @@ MachineRun resume_session(const SessionConfig& config, const std::filesystem::pa
         check_config(record, folder);
         if (record.dropped_bytes > 0) host.say("the last line of the journal was torn and is dropped: that move is made again");
         std::uint64_t resumptions = record.resumptions;
-        JournalingDevice journal(record, &writer, [&](const Point& next_target) -> ProbeDevice& {
+        const auto go_live = [&](const Point& next_target) -> ProbeDevice& {
             guarded.emplace(*config.machine, host.stop);
             host.ask(describe_plan(*config.machine, guarded->machine().report(),
                                    "It will go back to where the session ended, touch a known place again, and go on."));
@@ -145,7 +145,8 @@ MachineRun resume_session(const SessionConfig& config, const std::filesystem::pa
             writer.append_resumed(found.contact_line, found.offset_mm);
             ++resumptions;
             return guarded->device();
-        });
+        };
+        JournalingDevice journal(record, &writer, go_live, host.stop);
         try {
             MachineRun run = plan_on(journal, config, workspace, host);
             run.resumptions = resumptions;

@@ -1,4 +1,5 @@
-// Ctrl-C and SIGTERM as a stop request: what moves is stopped in an orderly way instead of being left to itself.
+// Ctrl-C, SIGTERM and a terminal that is gone (SIGHUP) as a stop request: what moves is stopped in an orderly way instead of being left to
+// itself.
 #pragma once
 
 #include <csignal>
@@ -7,7 +8,8 @@
 
 namespace palpate {
 
-// While it lives the two signals no longer end the process. To be made before any other thread, which inherits that.
+// While it lives these signals no longer end the process. A SIGHUP that is ignored (nohup) stays so. To be made before any other thread,
+// which inherits that.
 class StopSignals {
 public:
     StopSignals();

@@ -48,6 +48,30 @@ TEST_P(GrblDeviceTest, APortOnWhichNothingAnswersIsATimeoutThatSaysWhatToDo) {
     EXPECT_LT(seconds(), 10.0);
 }
 
+TEST_P(GrblDeviceTest, TheOperatorIsHeardWhileNothingAnswers) {
+    options.faults = {{VirtualFault::Kind::silence, VirtualFault::When::time, 0.0}};
+    power_on();
+    stream->before_read = [this] {
+        if (seconds() >= 1.0) stop.request_stop();
+    };
+    EXPECT_THAT(message_of<Stopped>([&] { connect(); }), HasSubstr("told to hold"));
+    EXPECT_LT(seconds(), 2.0);
+}
+
+TEST_P(GrblDeviceTest, AMotionOfAnEarlierHostIsHeldWhenTheOperatorStopsTheWaiting) {
+    power_on();
+    (void)behind_its_back("$X\n");
+    grbl->receive("G21G90G38.3X-30F60\n");
+    stream->before_read = [this] {
+        if (seconds() >= 3.0) stop.request_stop();
+    };
+    EXPECT_THAT(message_of<Stopped>([&] { connect(); }), HasSubstr("told to hold"));
+    stream->before_read = nullptr;
+    grbl->advance(Seconds(1));
+    EXPECT_FALSE(tool->is_moving());
+    EXPECT_THAT(status(), StartsWith("<Hold:0|"));
+}
+
 // "locked": require refuses
 TEST_P(GrblDeviceTest, ALockedMachineIsRefusedWhereHomingIsRequired) {
     options.locked = true;

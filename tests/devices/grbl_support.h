@@ -10,6 +10,7 @@
 #include "devices/errors.h"
 #include "devices/grbl_device.h"
 #include "sim/loopback_stream.h"
+#include "tests/devices/message_of.h"
 #include "tests/sim/virtual_grbl_support.h"
 
 namespace palpate {
@@ -57,17 +58,6 @@ private:
     static constexpr std::chrono::milliseconds kSlice{5};
     ByteStream& stream_;
 };
-
-template <class Fault>
-std::string message_of(const std::function<void()>& call) {
-    try {
-        call();
-    } catch (const Fault& fault) {
-        return fault.what();
-    }
-    ADD_FAILURE() << "nothing was thrown";
-    return "";
-}
 
 class GrblDeviceTest : public EveryGrblTest {
 protected:

@@ -9,6 +9,7 @@
 
 #include <cmath>
 #include <fstream>
+#include <functional>
 #include <limits>
 
 #include "tests/random.h"
@@ -36,6 +37,22 @@ protected:
     fs::path folder_;
     fs::path file_;
 };
+
+// In a process of its own: what it ends with.
+int exit_code_of(const std::function<int()>& call) {
+    const pid_t child = fork();
+    if (child == 0) _exit([&]() noexcept { return call(); }());  // it must not go on with the tests
+    int status = 0;
+    waitpid(child, &status, 0);
+    return WIFEXITED(status) ? WEXITSTATUS(status) : -1;
+}
+
+// Files of this process grow no further.
+void limit_files(rlim_t bytes, rlim_t at_most) {
+    signal(SIGXFSZ, SIG_IGN);
+    const rlimit limit{bytes, at_most};
+    setrlimit(RLIMIT_FSIZE, &limit);
+}
 
 const JournalHeader kHeader{"0123abcd", {1.5, -2, 1e-17}, "Grbl 1.1h on \"/dev/tty\\0\""};
 
@@ -167,18 +184,15 @@ TEST_F(JournalFile, LinesThatAreMissingOrThereTwiceAreFound) {
 
 TEST_F(JournalFile, ASecondProcessIsRefused) {
     JournalWriter writer = JournalWriter::create(file_, kHeader);
-    const pid_t child = fork();
-    if (child == 0) {
+    const int code = exit_code_of([&] {
         try {
             const JournalWriter second(file_);
         } catch (const JournalError& error) {
-            _exit(std::string(error.what()).find("another process") != std::string::npos ? 7 : 8);
+            return std::string(error.what()).find("another process") != std::string::npos ? 7 : 8;
         }
-        _exit(0);
-    }
-    int status = 0;
-    waitpid(child, &status, 0);
-    EXPECT_EQ(WEXITSTATUS(status), 7);
+        return 0;
+    });
+    EXPECT_EQ(code, 7);
 }
 
 TEST_F(JournalFile, ASessionIsNotWrittenOverAnother) {
@@ -192,24 +206,19 @@ TEST_F(JournalFile, ASessionIsNotWrittenOverAnother) {
 TEST_F(JournalFile, ADiskThatIsFullLeavesTheJournalWhole) {
     write_some(file_, 3, 11);
     const std::string before = text();
-    const pid_t child = fork();
-    if (child == 0) {
-        signal(SIGXFSZ, SIG_IGN);
+    const int code = exit_code_of([&] {
         JournalWriter writer(file_);
         (void)writer.read();
-        const rlimit limit{before.size() + 40, before.size() + 40};
-        setrlimit(RLIMIT_FSIZE, &limit);
+        limit_files(before.size() + 40, before.size() + 40);
         Random random(1);
         try {
             writer.append(random_move(random));
         } catch (const JournalError& error) {
-            _exit(std::string(error.what()).find("journal.jsonl: cannot be written") != std::string::npos ? 7 : 8);
+            return std::string(error.what()).find("journal.jsonl: cannot be written") != std::string::npos ? 7 : 8;
         }
-        _exit(0);
-    }
-    int status = 0;
-    waitpid(child, &status, 0);
-    EXPECT_EQ(WEXITSTATUS(status), 7);
+        return 0;
+    });
+    EXPECT_EQ(code, 7);
     EXPECT_EQ(text(), before);
     EXPECT_EQ(read_journal(file_).moves.size(), 3U);
 }
@@ -217,23 +226,17 @@ TEST_F(JournalFile, ADiskThatIsFullLeavesTheJournalWhole) {
 TEST_F(JournalFile, AfterAWriteThatFailedNothingMoreIsWritten) {
     write_some(file_, 1, 11);
     const std::string before = text();
-    const pid_t child = fork();
-    if (child == 0) {
-        signal(SIGXFSZ, SIG_IGN);
+    const int code = exit_code_of([&] {
         JournalWriter writer(file_);
         (void)writer.read();
-        rlimit limit{before.size() + 40, RLIM_INFINITY};
-        setrlimit(RLIMIT_FSIZE, &limit);
+        limit_files(before.size() + 40, RLIM_INFINITY);
         Random random(1);
         EXPECT_THROW(writer.append(random_move(random)), JournalError);
-        limit.rlim_cur = RLIM_INFINITY;  // room again
-        setrlimit(RLIMIT_FSIZE, &limit);
+        limit_files(RLIM_INFINITY, RLIM_INFINITY);  // room again
         EXPECT_THROW(writer.append(random_move(random)), JournalError) << "there is a gap now";
-        _exit(::testing::Test::HasFailure() ? 1 : 7);
-    }
-    int status = 0;
-    waitpid(child, &status, 0);
-    EXPECT_EQ(WEXITSTATUS(status), 7);
+        return ::testing::Test::HasFailure() ? 1 : 7;
+    });
+    EXPECT_EQ(code, 7);
     EXPECT_EQ(text(), before);
 }
 

@@ -136,6 +136,18 @@ TEST_F(Journaling, AnotherRequestThanTheRecordedOneIsAnErrorThatSaysWhere) {
     }
 }
 
+TEST_F(Journaling, TheOperatorIsHeardInAReplay) {
+    FloorDevice floor(header_.start);
+    JournalWriter writer = JournalWriter::create(file_, header_);
+    JournalingDevice first(Journal{header_}, &writer, [&](const Point&) -> ProbeDevice& { return floor; });
+    for (const auto& [target, pace] : requests_) (void)first.guarded_move(target, pace);
+    std::stop_source stop;
+    JournalingDevice again(writer.read(), nullptr, {}, stop.get_token());
+    (void)again.guarded_move(requests_[0].first, requests_[0].second);
+    stop.request_stop();
+    EXPECT_THROW((void)again.guarded_move(requests_[1].first, requests_[1].second), Stopped);
+}
+
 TEST_F(Journaling, AMachineThatCannotBeBroughtBackIsNoPartOfTheRecord) {
     JournalWriter writer = JournalWriter::create(file_, header_);
     JournalingDevice device(Journal{header_}, &writer, [](const Point&) -> ProbeDevice& {

@@ -10,6 +10,7 @@
 #include <thread>
 
 #include "devices/errors.h"
+#include "tests/devices/message_of.h"
 #include "tests/devices/modbus_support.h"
 #include "tests/random.h"
 
@@ -23,19 +24,6 @@ using State = ModbusDevice::State;
 
 constexpr double kMicrometre = 0.001;  // mm
 constexpr double kRounding = 2 * kMicrometre;
-
-template <class Fault>
-std::string message_of(const std::function<void()>& call) {
-    try {
-        call();
-    } catch (const Fault& fault) {
-        return fault.what();
-    }
-    ADD_FAILURE() << "nothing was thrown";
-    return "";
-}
-
-void expect_says(const std::string& message, const std::string& what) { EXPECT_NE(message.find(what), std::string::npos) << message; }
 
 long count(const MoveResult& result, DeviceEvent::Kind kind) {
     return std::ranges::count_if(result.events, [kind](const DeviceEvent& event) { return event.kind == kind; });
@@ -341,7 +329,8 @@ TEST_P(ModbusDeviceOn, ReportsWhatCheckShowsAndMovesNothing) {
     EXPECT_EQ(machine.audit().moves, 0U);
     std::string all;
     for (const std::string& line : report.lines()) all += line + "\n";
-    for (const char* what : {"palpate virtual probe 1", "unit 1 at", "standard", "(-40, -40, -40) mm", "homed: yes", "probe: open", "no fault"}) {
+    for (const char* what :
+         {"palpate virtual probe 1", "unit 1 at", "standard", "(-40, -40, -40) mm", "homed: yes", "probe: open", "no fault"}) {
         expect_says(all, what);
     }
 }

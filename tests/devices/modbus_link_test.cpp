@@ -12,6 +12,7 @@
 #include <vector>
 
 #include "devices/errors.h"
+#include "tests/devices/message_of.h"
 #include "tests/devices/modbus_support.h"
 #include "tests/random.h"
 
@@ -22,17 +23,6 @@ using test::Machine;
 using test::Wire;
 
 constexpr int kLimits = 768;  // the first of twelve registers that never change
-
-std::string message_of(const std::function<void()>& call) {
-    try {
-        call();
-    } catch (const DeviceError& error) {
-        return error.what();
-    }
-    return "nothing was thrown";
-}
-
-void expect_says(const std::string& message, const std::string& what) { EXPECT_NE(message.find(what), std::string::npos) << message; }
 
 class ModbusLinkOn : public testing::TestWithParam<Wire> {
 protected:
@@ -92,7 +82,7 @@ TEST_P(ModbusLinkOn, AnUnknownUnitIsSilentAndAnIllegalAddressIsAnException) {
         options.unit = 9;
         ModbusLink link(options, machine.clock());
         EXPECT_THROW((void)link.read(kLimits, 1), DeviceTimeout);
-        const std::string message = message_of([&] { (void)link.read(kLimits, 1); });
+        const std::string message = message_of<DeviceError>([&] { (void)link.read(kLimits, 1); });
         expect_says(message, "unit 9");
         expect_says(message, "does it have this unit number");
         expect_says(message, "last request: read (FC03) of registers 768 to 768");
@@ -117,7 +107,7 @@ TEST_P(ModbusLinkOn, APeerThatIsGoneIsSaidOnceAndReconnected) {
     EXPECT_THROW((void)link.read(kLimits, 1), ConnectionLost);
     EXPECT_FALSE(link.is_connected());
     EXPECT_THROW((void)link.read(kLimits, 1), ConnectionLost);
-    expect_says(message_of([&] { link.reconnect(); }), "given up after 3 attempts");
+    expect_says(message_of<DeviceError>([&] { link.reconnect(); }), "given up after 3 attempts");
     machine->replug();
     link.reconnect();
     EXPECT_EQ(link.read(kLimits, 1).front(), 0xFFFF);
@@ -134,7 +124,7 @@ TEST(ModbusLink, AnotherUnitsAnswerIsNotTaken) {
     Machine machine(Wire::rtu);
     ModbusLink link(machine.link(), machine.clock());
     machine.inject({AnswerFault::Kind::other_unit, 1});
-    expect_says(message_of([&] { (void)link.read(kLimits, 1); }), "another unit answered");
+    expect_says(message_of<DeviceError>([&] { (void)link.read(kLimits, 1); }), "another unit answered");
     EXPECT_EQ(link.read(kLimits + 1, 1).front(), 0x63C0);
 }
 
@@ -153,7 +143,8 @@ TEST_P(ModbusLinkOn, AnExceptionHasItsNumber) {
 TEST_P(ModbusLinkOn, ASecondDriverIsRefusedUntilTheFirstIsGone) {
     {
         const ModbusLink first(machine.link(), machine.clock());
-        expect_says(message_of([&] { const ModbusLink second(machine.link(), machine.clock()); }), "another process drives the machine");
+        expect_says(message_of<DeviceError>([&] { const ModbusLink second(machine.link(), machine.clock()); }),
+                    "another process drives the machine");
     }
     EXPECT_NO_THROW(ModbusLink(machine.link(), machine.clock()));
 }
@@ -190,11 +181,11 @@ TEST(ModbusLink, WhatCannotBeReachedIsNamed) {
     SteadyClock clock;
     ModbusLinkOptions options;
     options.where = ModbusTcp{"127.0.0.1", 1};
-    expect_says(message_of([&] { const ModbusLink link(options, clock); }), "unit 1 at 127.0.0.1:1");
+    expect_says(message_of<DeviceError>([&] { const ModbusLink link(options, clock); }), "unit 1 at 127.0.0.1:1");
     options.where = ModbusRtu{"/dev/nonexistent"};
-    expect_says(message_of([&] { const ModbusLink link(options, clock); }), "/dev/nonexistent");
+    expect_says(message_of<DeviceError>([&] { const ModbusLink link(options, clock); }), "/dev/nonexistent");
     options.where = ModbusTcp{"no such host", 502};
-    expect_says(message_of([&] { const ModbusLink link(options, clock); }), "no such host");
+    expect_says(message_of<DeviceError>([&] { const ModbusLink link(options, clock); }), "no such host");
 }
 
 TEST(ModbusLink, OptionsOutOfRangeAreRefused) {
@@ -203,7 +194,7 @@ TEST(ModbusLink, OptionsOutOfRangeAreRefused) {
         ModbusLinkOptions options;
         options.where = ModbusRtu{"/dev/nonexistent"};
         change(options);
-        expect_says(message_of([&] { const ModbusLink link(options, clock); }), what);
+        expect_says(message_of<DeviceError>([&] { const ModbusLink link(options, clock); }), what);
     };
     refused([](ModbusLinkOptions& o) { o.unit = 248; }, "unit 248");
     refused([](ModbusLinkOptions& o) { o.unit = 255; }, "unit 255");

@@ -21,16 +21,6 @@ std::vector<Workspace> some_workspaces() {
 
 double tolerance_of(const Workspace& workspace) { return kTolerance * (workspace.radius() + workspace.center().norm()); }
 
-double chord_length(const Point& from, const std::vector<Point>& path) {
-    double length = 0;
-    Point last = from;
-    for (const Point& p : path) {
-        length += (p - last).norm();
-        last = p;
-    }
-    return length;
-}
-
 TEST(Workspace, ClipAgreesWithSamplesOfTheLine) {
     SCOPED_TRACE(seed_text(kSeed));
     Random random(kSeed);
@@ -145,7 +135,7 @@ void expect_good_outer_path(const Workspace& workspace, const Point& from, const
         ASSERT_TRUE(((p - bounds.min).array() >= -tolerance_of(workspace)).all() &&
                     ((bounds.max - p).array() >= -tolerance_of(workspace)).all());
     }
-    const double length = chord_length(from, path);
+    const double length = path_length(from, path);
     const double tolerance = 10 * tolerance_of(workspace);
     ASSERT_FALSE(path.empty());
     ASSERT_EQ(path.back(), to);

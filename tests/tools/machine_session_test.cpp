@@ -140,6 +140,7 @@ protected:
             id_ = fork();
             if (id_ != 0) return;
             // Only what may be called between fork and exec.
+            ::signal(SIGHUP, SIG_DFL);  // nohup would have it ignored
             const int file = open(out.c_str(), O_WRONLY | O_CREAT | O_TRUNC, 0644);
             dup2(file, STDOUT_FILENO);
             dup2(file, STDERR_FILENO);
@@ -341,7 +342,7 @@ TEST_F(MachineSession, UnpluggedResetAlarmedOrSilentItIsResumedAndEndsWithTheSam
 
 TEST_F(MachineSession, StoppedByTheOperatorItGoesBackAndIsResumed) {
     ASSERT_NO_FATAL_FAILURE(run_reference());
-    for (const int signal : {SIGINT, SIGTERM}) {
+    for (const int signal : {SIGINT, SIGTERM, SIGHUP}) {
         PortMachine machine(port());
         const std::string name = "stopped_" + std::to_string(signal);
         Process process = start(probe(name));
