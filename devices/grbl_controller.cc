@@ -42,7 +42,9 @@ bool is_feedback(const Message& message, std::string_view kind) {
 }
 
 bool is_moving(const Place& place) {
-    return place.state == "Run" || place.state == "Jog" || place.state == "Home" || (place.state == "Hold" && place.substate != 0);
+    // Door:2 is slowing down, Door:3 going on.
+    return place.state == "Run" || place.state == "Jog" || place.state == "Home" || (place.state == "Hold" && place.substate != 0) ||
+           (place.state == "Door" && place.substate.value_or(0) >= 2);
 }
 
 }  // namespace
@@ -95,12 +97,34 @@ std::optional<Message> Controller::next(std::chrono::nanoseconds until) {
     return message;
 }
 
+// A byte that got lost may leave another number: an offset counts once it was told twice.
+void Controller::note_offset(const Point& offset) {
+    const bool is_second = work_offset_ == offset || doubtful_offset_ == offset;
+    is_offset_sure_ = is_second;
+    doubtful_offset_.reset();
+    if (is_second || !work_offset_) {
+        work_offset_ = offset;
+    } else {
+        doubtful_offset_ = offset;
+    }
+}
+
+void Controller::forget_offset() {
+    is_offset_sure_ = false;
+    work_offset_.reset();
+    doubtful_offset_.reset();
+}
+
+const Point& Controller::work_offset() {
+    for (int k = 0; k < 2 * kReportsWithOffset && !is_offset_sure_; ++k) (void)place();
+    if (!is_offset_sure_) fail_silent("a status report with the work offset (WCO)");
+    return *work_offset_;
+}
+
 std::optional<Place> Controller::note(const Status& status) {
     const double unit = unit_mm();
     if (status.offset) {
-        const Point offset = unit * *status.offset;
-        is_offset_sure_ = work_offset_ == offset;
-        work_offset_ = offset;
+        note_offset(unit * *status.offset);
     }
     if (status.homed) homed_ = status.homed;
     Place place{status.state, status.substate, Point::Zero(), status.probe_closed, status.probe_unplugged, homed_};
@@ -131,9 +155,9 @@ std::vector<Message> Controller::ask(const std::string& line, const std::functio
 
 void Controller::fail(const Error& error) {
     if (state_ == State::probing) {
-        // An error of something else, while the tool moves? Nobody will watch it any more.
-        if (is_moving(place())) stop();
-        state_ = State::idle;
+        // It may be an older command's, and the tool move or begin to: nobody will watch it any more. Where it is, nobody asks again.
+        stop();
+        state_ = State::lost;
     }
     link_.send("");
     link_.drain(kQuiet);
@@ -146,6 +170,8 @@ void Controller::fail(const Error& error) {
 }
 
 void Controller::fail_silent(const std::string& awaited) {
+    // It may still hear what it does not answer.
+    if (state_ == State::probing) link_.send_realtime(kFeedHold);
     state_ = State::lost;
     throw DeviceTimeout("no answer on " + link_.name() + " while waiting for " + awaited +
                         ": check cable and supply, and that no other program has the port; then resume" + link_.history());
@@ -169,7 +195,6 @@ void Controller::on_alarm(const Alarm& alarm) {
 
 bool Controller::wait_for_first_status(const std::stop_token& stop) {
     const auto until = link_.now() + kBootTime;
-    bool was_reset = false;
     while (link_.now() < until) {
         if (stop.stop_requested()) {
             link_.send_realtime(kFeedHold);  // an earlier host's motion, for all that is known
@@ -183,10 +208,7 @@ bool Controller::wait_for_first_status(const std::stop_token& stop) {
             if (is<Status>(*message)) return true;
         }
         // In the trap of its soft limit the controller hears nothing but a reset, and nothing moves there.
-        if (!was_reset && link_.now() > until - kBootTime / 2) {
-            link_.send_realtime(kReset);
-            was_reset = true;
-        }
+        if (link_.now() > until - kBootTime / 2 && !reset_until_banner(until)) return false;
     }
     return false;
 }
@@ -212,10 +234,8 @@ void Controller::connect(const std::stop_token& stop) {
     link_.send("");
     link_.drain(kQuiet);
     read_identity();
-    is_offset_sure_ = false;
-    work_offset_.reset();  // what came until now was in units not known then
-    for (int k = 0; k < 2 * kReportsWithOffset && !is_offset_sure_; ++k) (void)place();
-    if (!is_offset_sure_) fail_silent("a status report with the work offset (WCO)");
+    forget_offset();  // what came until now was in units not known then
+    (void)work_offset();
     state_ = place().state == "Alarm" ? State::locked : State::idle;
 }
 
@@ -257,6 +277,7 @@ Place Controller::place() {
 }
 
 Place Controller::resting_place() {
+    (void)work_offset();
     Place last = place();
     for (int k = 0; k < kReadings; ++k) {
         const Place again = place();
@@ -272,9 +293,10 @@ Place Controller::wait_for_standstill(std::chrono::nanoseconds longest, const st
         const Place place = this->place();
         if (!is_moving(place)) return place;
         if (stop.stop_requested()) {
-            link_.send_realtime(kFeedHold);
+            state_ = State::probing;
+            this->stop();
             state_ = State::lost;
-            throw Stopped("stopped while the machine on " + link_.name() + " carried out an earlier command; it was told to hold");
+            throw Stopped("the machine on " + link_.name() + " was carrying out an earlier command, and was stopped");
         }
         if (link_.now() > until) fail_silent("the end of a motion");
         (void)next(link_.now() + kPollInterval);
@@ -283,23 +305,23 @@ Place Controller::wait_for_standstill(std::chrono::nanoseconds longest, const st
 
 // --- ways out --------------------------------------------------------------------------------------------------------
 
-void Controller::wait_for_banner() {
-    const auto until = link_.now() + kBootTime;
+bool Controller::reset_until_banner(std::chrono::nanoseconds until) {
     // Nothing may be sent before the banner; a reset can be swallowed, and is sent again.
     while (link_.now() < until) {
         link_.send_realtime(kReset);
         const auto again = link_.now() + kAnswerTime;
         while (const auto message = link_.receive(again)) {
-            if (is<Banner>(*message)) return;
+            if (is<Banner>(*message)) return true;
         }
     }
-    fail_silent("the banner after a reset");
+    return false;
 }
 
 void Controller::reset() {
     state_ = State::connecting;
     has_motion_mode_ = true;
-    wait_for_banner();
+    forget_offset();  // a reset ends a shift of it (G92), and goes back to G54
+    if (!reset_until_banner(link_.now() + kBootTime)) fail_silent("the banner after a reset");
     link_.drain(kQuiet);
 }
 
@@ -327,6 +349,7 @@ void Controller::stop() {
 }
 
 void Controller::home(const std::stop_token& stop) {
+    if (stop.stop_requested()) throw Stopped("stopped before homing; nothing has moved");
     link_.send("$H");
     const auto until = link_.now() + kHomingTime;
     while (link_.now() < until) {

@@ -3,8 +3,8 @@
 //
 //   connecting --status--> locked | idle            locked --home, unlock--> idle
 //   idle --G38--> probing --ok--> idle              probing --!, Hold:0, Ctrl-X, banner--> idle
-//   any --ALARM, unexpected banner--> alarm --(Ctrl-X where only that leads out)--> locked
-//   any --silence, end of file--> lost              alarm, lost: nothing moves; a new connection starts over
+//   any --ALARM--> alarm --(Ctrl-X where only that leads out)--> locked
+//   any --silence, end of file, unexpected banner, error in a move--> lost      alarm, lost: nothing moves; a new connection starts over
 #pragma once
 
 #include <functional>
@@ -46,10 +46,10 @@ public:
     Controller(ByteStream& stream, Clock& clock) : link_(stream, clock) {}
 
     // Waits for the controller to answer, for a motion that an earlier host began to end, and reads all it says of itself. Moves nothing.
-    // Throws Stopped once `stop` is requested; what moves is told to hold.
+    // Throws Stopped once `stop` is requested; what moves is stopped.
     void connect(const std::stop_token& stop);
     // $H, as long as that takes. REQUIRES: locked or idle.
-    // Throws PositionLost once `stop` is requested: homing cannot be held.
+    // Throws Stopped if `stop` is requested before, PositionLost once it is requested while it moves: homing cannot be held.
     void home(const std::stop_token& stop);
     // $X. REQUIRES: locked.
     void unlock();
@@ -61,8 +61,8 @@ public:
     [[nodiscard]] Place resting_place();
     // $#: the last probing move as the controller remembers it, in mm.
     [[nodiscard]] ProbeReport last_probe();
-    // What "G90 G21" coordinates are relative to, in mm; as of the last report.
-    [[nodiscard]] const Point& work_offset() const { return *work_offset_; }
+    // What "G90 G21" coordinates are relative to, in mm. Asks until two reports agree. REQUIRES: connected.
+    [[nodiscard]] const Point& work_offset();
 
     [[nodiscard]] State state() const { return state_; }
     [[nodiscard]] const Identity& identity() const { return identity_; }
@@ -82,7 +82,7 @@ public:
     void pass_until(std::chrono::nanoseconds until);
     // A status report as a place; nothing if it says WPos and the offset is not known.
     [[nodiscard]] std::optional<Place> note(const Status& status);
-    // What an error leaves behind: grblHAL repeats it until it is cleared.
+    // Stops what may move, and clears what an error leaves behind: grblHAL repeats it until then.
     [[noreturn]] void fail(const Error& error);
     [[noreturn]] void fail_silent(const std::string& awaited);
 
@@ -96,14 +96,18 @@ private:
     void clear_motion_mode();
     [[nodiscard]] Place wait_for_standstill(std::chrono::nanoseconds longest, const std::stop_token& stop = {});
     void reset();
-    void wait_for_banner();
+    // Ctrl-X until the banner comes; false if none does.
+    [[nodiscard]] bool reset_until_banner(std::chrono::nanoseconds until);
+    void note_offset(const Point& offset);
+    void forget_offset();
     [[noreturn]] void on_alarm(const Alarm& alarm);
 
     Link link_;
     State state_ = State::connecting;
     Identity identity_;
     std::optional<Point> work_offset_;
-    bool is_offset_sure_ = false;  // told twice
+    std::optional<Point> doubtful_offset_;  // another one, told once
+    bool is_offset_sure_ = false;           // told twice
     std::optional<bool> homed_;
     bool has_motion_mode_ = true;  // one that an axis word alone would move with, for all that is known
 };

@@ -26,6 +26,8 @@ constexpr auto kAnswerTime = 1500ms;
 // What a move may take beyond its duration as it is reckoned: other accelerations, a slow override.
 constexpr double kPatience = 2.0;
 constexpr auto kMoreTime = 5s;
+// A controller has begun to carry out a line by then.
+constexpr auto kParsing = 50ms;
 // Of a machine that is asked how it is and says nothing.
 constexpr auto kSilence = 3s;
 // A contact that bounces, or a spark on its lead, is over by then.
@@ -46,14 +48,15 @@ constexpr double kLastInchDigit = 0.0001;
 constexpr std::array<int, 3> kStepsPerMm = {100, 101, 102};
 constexpr double kSecondsPerMinute = 60.0;
 
-// "G21G90G94G38.3X1.000Y2.000Z3.000F300": every line says its modes itself, so that no older command's can matter. The feed comes last
-// and has no decimals: whatever byte of it gets lost on the line, the tool is not faster than it may be. At most 70 bytes for
-// coordinates of five digits, of the 80 that Grbl takes.
+// "G21G90G94G38.3N9999999X1.000Y2.000Z3.000F300": every line says its modes itself, so that no older command's can matter. The feed comes
+// last and has no decimals: whatever byte of it gets lost on the line, the tool is not faster than it may be. Without the line number a few
+// lost bytes would join the G of the guard to the digits of X: G38.3X0.000 to G0.000, or G30.000, which are rapids. No G word is made of
+// nines. At most 72 bytes for coordinates of five digits, of the 80 that Grbl takes.
 std::string probe_line(const std::string& word, const Point& work, double feed_mm_per_s) {
     std::array<char, 96> line{};
     const double feed = std::max(1.0, std::floor(feed_mm_per_s * kSecondsPerMinute));
-    const int length =
-        std::snprintf(line.data(), line.size(), "G21G90G94%sX%.3fY%.3fZ%.3fF%.0f", word.c_str(), work.x(), work.y(), work.z(), feed);
+    const int length = std::snprintf(line.data(), line.size(), "G21G90G94%sN9999999X%.3fY%.3fZ%.3fF%.0f", word.c_str(), work.x(), work.y(),
+                                     work.z(), feed);
     return {line.data(), static_cast<std::size_t>(std::min<int>(length, static_cast<int>(line.size()) - 1))};
 }
 
@@ -87,8 +90,22 @@ void GrblDevice::make_ready() {
         throw ProbeClosed("the probe on " + name +
                           " is closed before anything moves: does it touch something, or is its input inverted ($6)?");
     }
+    check_acceleration();
     position_ = place.position;
     last_ = controller_.last_probe();
+}
+
+// DEVICES, "the floor of safety": what the stopping distance was computed with has to be true.
+void GrblDevice::check_acceleration() {
+    constexpr std::array<int, 3> kAccelerations = {120, 121, 122};
+    for (const int setting : kAccelerations) {
+        const auto admitted = controller_.identity().number(setting);
+        if (!admitted || *admitted >= options_.kinematics.acceleration_mm_per_s2) continue;
+        throw DeviceError("the machine on " + controller_.link().name() + " accelerates an axis with " + number_text(*admitted) +
+                          " mm/s² ($" + std::to_string(setting) + "), less than machine.acceleration, " +
+                          number_text(options_.kinematics.acceleration_mm_per_s2) +
+                          " mm/s²: it would run on too far after a touch; lower machine.acceleration to that");
+    }
 }
 
 double GrblDevice::step() const {
@@ -167,7 +184,8 @@ GrblDevice::ProbeEnd GrblDevice::run_probe(const std::string& word, const Point&
 
 std::optional<GrblDevice::ProbeEnd> GrblDevice::wait_for_end(const Segment& way, std::chrono::nanoseconds longest, OnStop on_stop) {
     const auto now = [&] { return controller_.link().now(); };
-    auto until = now() + longest;
+    const auto begun = now();
+    auto until = begun + longest;
     const auto interval = on_stop == OnStop::go_back ? kPollInterval : kPollIntervalOnSurface;
     auto poll = now() + interval;
     auto heard = now();
@@ -177,11 +195,7 @@ std::optional<GrblDevice::ProbeEnd> GrblDevice::wait_for_end(const Segment& way,
         if (stop_.stop_requested() && on_stop != OnStop::finish) stop_and_throw(way.source, on_stop);
         const auto message = controller_.next(poll);
         if (!message) {
-            if (now() - heard > kSilence) {
-                // It may still hear what it does not answer.
-                controller_.link().send_realtime(grbl::kFeedHold);
-                controller_.fail_silent("the end of a probing move");
-            }
+            if (now() - heard > kSilence) controller_.fail_silent("the end of a probing move");
             if (now() > until) {
                 controller_.stop();
                 controller_.give_up();
@@ -201,7 +215,13 @@ std::optional<GrblDevice::ProbeEnd> GrblDevice::wait_for_end(const Segment& way,
         }
         // An `ok` before any report is an older command's.
         if (std::holds_alternative<grbl::Ok>(*message) && report) {
-            const Place place = controller_.place();
+            Place place = controller_.place();
+            if (place.state == "Idle" && now() - begun < kParsing && (place.position - way.source).norm() <= tolerance()) {
+                // Before it begins to move, the machine is idle, too.
+                controller_.pass_until(begun + kParsing);
+                place = controller_.place();
+                if (place.state == "Idle") report = controller_.last_probe();
+            }
             if (place.state == "Idle") return ProbeEnd{*report, place};
             report.reset();  // an older command's: this one is still under way
             continue;

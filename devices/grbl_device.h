@@ -54,6 +54,8 @@ private:
         grbl::Place place;         // at rest, after it
         bool repeated = false;     // the answer was lost
     };
+    // Throws DeviceError if the machine stops more slowly than was reckoned with.
+    void check_acceleration();
     // What a move does that a stop is requested in.
     enum class OnStop {
         go_back,  // ends, and goes back to where it began

@@ -58,6 +58,7 @@ struct VirtualGrblOptions {
     Point work_offset = Point::Zero();     // mm, G54
     bool fresh_eeprom = false;             // error:7 and all settings come before the first banner
     double max_feed_mm_per_s = 100.0;      // $110 to $112
+    Seconds parse_time{0};                 // of a probing line, in which the machine says that it is idle
     // Chances that a G38 move triggers somewhere on its way though it touches nothing, or bounces where it touches.
     double spurious_rate = 0.0;
     double bounce_rate = 0.0;

@@ -268,9 +268,16 @@ void GrblMachine::begin_probe(const GrblBlock& block) {
     const double feed = std::min(modal_.feed_mm_per_min / kSecondsPerMinute, settings_.max_feed_mm_per_s());
     const double length = (block.target - tool_.position()).norm();
     if (spurious_share_) spurious_at_ = now_ + *spurious_share_ * move_duration(tool_.options().kinematics, length, feed);
-    state_ = State::run;
-    planner_.add({block.target, feed, goes_away(motion) ? VirtualTool::Guard::until_release : VirtualTool::Guard::until_contact});
-    wait_for_rest([this, motion] { finish_probe(motion); });
+    const auto begin = [this, motion, feed, target = block.target] {
+        state_ = State::run;
+        planner_.add({target, feed, goes_away(motion) ? VirtualTool::Guard::until_release : VirtualTool::Guard::until_contact});
+        wait_for_rest([this, motion] { finish_probe(motion); });
+    };
+    if (options_.parse_time.count() > 0) {
+        wait(options_.parse_time, Hearing::all, begin);
+    } else {
+        begin();
+    }
 }
 
 void GrblMachine::finish_probe(int motion) {

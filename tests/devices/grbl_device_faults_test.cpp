@@ -272,7 +272,7 @@ TEST_P(GrblDeviceFaults, AMissedTriggerIsNotMadeUp) {
 }
 
 TEST_P(GrblDeviceFaults, ATouchThatRanOnFartherThanTheOvertravelIsAFault) {
-    tool_options.kinematics.acceleration_mm_per_s2 = 80;  // less than the driver was told
+    tool_options.kinematics.latency = Seconds(0.06);  // more than the driver was told, and $$ does not say it
     device_options.kinematics.overtravel_mm = 2.0;
     tool_options.kinematics.overtravel_mm = 3.0;
     ready();

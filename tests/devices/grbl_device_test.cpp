@@ -58,18 +58,17 @@ TEST_P(GrblDeviceTest, TheOperatorIsHeardWhileNothingAnswers) {
     EXPECT_LT(seconds(), 2.0);
 }
 
-TEST_P(GrblDeviceTest, AMotionOfAnEarlierHostIsHeldWhenTheOperatorStopsTheWaiting) {
+TEST_P(GrblDeviceTest, AMotionOfAnEarlierHostIsStoppedWithTheWaiting) {
     power_on();
     (void)behind_its_back("$X\n");
     grbl->receive("G21G90G38.3X-30F60\n");
     stream->before_read = [this] {
         if (seconds() >= 3.0) stop.request_stop();
     };
-    EXPECT_THAT(message_of<Stopped>([&] { connect(); }), HasSubstr("told to hold"));
-    stream->before_read = nullptr;
-    grbl->advance(Seconds(1));
+    EXPECT_THAT(message_of<Stopped>([&] { connect(); }), HasSubstr("was stopped"));
     EXPECT_FALSE(tool->is_moving());
-    EXPECT_THAT(status(), StartsWith("<Hold:0|"));
+    EXPECT_GT(tool_at().x(), 15);
+    EXPECT_THAT(status(), StartsWith("<Idle|")) << "it knows where it is";
 }
 
 // "locked": require refuses
@@ -80,6 +79,38 @@ TEST_P(GrblDeviceTest, ALockedMachineIsRefusedWhereHomingIsRequired) {
     EXPECT_THAT(message_of<DeviceAlarm>([&] { device->make_ready(); }), HasSubstr("home it"));
     EXPECT_THROW((void)device->guarded_move({20, 5, 0}, Pace::travel), PositionLost);
     EXPECT_THAT(status(), StartsWith("<Alarm|"));
+    EXPECT_EQ(grbl->counts().probes, 0U);
+}
+
+TEST_P(GrblDeviceTest, AStopBeforeHomingMovesNothing) {
+    options.locked = true;
+    device_options.homing = Homing::run;
+    connect();
+    stop.request_stop();
+    EXPECT_THAT(message_of<Stopped>([&] { device->make_ready(); }), HasSubstr("nothing has moved"));
+    EXPECT_THAT(rest(), testing::IsEmpty());
+    EXPECT_EQ(tool_at(), Point(20, 0, 0));
+}
+
+TEST_P(GrblDeviceTest, AStopWhileItHomesLosesThePosition) {
+    options.locked = true;
+    device_options.homing = Homing::run;
+    connect();
+    const double begin = seconds();
+    stream->before_read = [this, begin] {
+        if (seconds() >= begin + 0.5) stop.request_stop();
+    };
+    EXPECT_THAT(message_of<PositionLost>([&] { device->make_ready(); }), HasSubstr("stopped by the operator"));
+    EXPECT_LT(seconds() - begin, 3);
+    EXPECT_FALSE(tool->is_moving());
+}
+
+// DEVICES section 4: the stopping distance is "computed and checked"
+TEST_P(GrblDeviceTest, AMachineThatStopsMoreSlowlyThanReckonedIsRefused) {
+    tool_options.kinematics.acceleration_mm_per_s2 = 20;
+    connect();
+    EXPECT_THAT(message_of<DeviceError>([&] { device->make_ready(); }),
+                HasSubstr("20 mm/s² ($120), less than machine.acceleration, 200 mm/s²"));
     EXPECT_EQ(grbl->counts().probes, 0U);
 }
 

@@ -15,6 +15,9 @@ class GrblDeviceWire : public GrblDeviceTest {
 protected:
     inline static const Point kTouch{kRadius, 0, 0};  // of the move from the start to the origin
 
+    // While it reads a command a real controller says that it is idle.
+    GrblDeviceWire() { options.parse_time = Seconds(0.004); }
+
     MoveResult probe() { return device->guarded_move({0, 0, 0}, Pace::probe); }
     // Whether there was an answer, which then is true.
     bool has_true_answer(const std::function<MoveResult()>& move, const Point& touch) {
@@ -59,6 +62,14 @@ TEST_P(GrblDeviceWire, AStaleAnswerIsNotCreditedWhileTheToolMoves) {
     ready();
     expect_touch(probe(), kTouch);
     EXPECT_NEAR((tool_at() - Point(10.5, 0, 0)).norm(), 0, kMicrometre);
+}
+
+// ... where it would be credible, before the tool has begun to move.
+TEST_P(GrblDeviceWire, AStaleAnswerThatComesAtOnceIsNotCredited) {
+    tool_options.start = Point(11, 0, 0) + kOrigin;
+    options.faults = {{Kind::stale_line, When::probe, 1, 0, "[PRB:11.600,-2.000,3.000:1]"}, {Kind::stale_line, When::probe, 1, 0, "ok"}};
+    ready();
+    expect_touch(probe(), kTouch);
 }
 
 TEST_P(GrblDeviceWire, WhatCameBeforeAMoveIsNotItsAnswer) {
@@ -176,7 +187,7 @@ TEST_P(GrblDeviceWire, ACommandThatGotLostIsSentAgainOnce) {
     ready();
     ASSERT_EQ(device->guarded_move({20, 0, 1}, Pace::travel).outcome, Outcome::reached);
     ASSERT_EQ(device->guarded_move({20, 0, 0}, Pace::travel).outcome, Outcome::reached);
-    stream->to_machine.lose(0, std::string("G21G90G94G38.3X1.000Y-2.000Z3.000F300\n").size());
+    stream->to_machine.lose(0, std::string("G21G90G94G38.3N9999999X1.000Y-2.000Z3.000F300\n").size());
     const MoveResult result = probe();
     expect_touch(result, kTouch);
     ASSERT_EQ(result.events.size(), 1U);
@@ -205,6 +216,75 @@ TEST_P(GrblDeviceWire, BytesLostAtAnyPositionOfACommandNeverMakeAFalseAnswerOrAn
         }
     }
     EXPECT_GT(faults, 100) << "no loss hit anything that matters";
+}
+
+// Where an X that ends in 0.000 or 1.000 would join the G of what is left to a rapid (G0, G30) or a feed move (G1).
+TEST_P(GrblDeviceWire, BytesLostBeforeACoordinateNeverJoinItToAnUnguardedMove) {
+    const std::string guard = "G21G90G94G38.3N9999999X";
+    for (const double x : {0.0, 1.0, 10.0, 21.0, -11.0, 0.2}) {
+        device_options.origin = tool_options.origin = Point(x, -2, 3);
+        tool_options.start = Point(0, 20, 0) + tool_options.origin;
+        for (std::size_t count = 1; count <= 11; ++count) {
+            for (std::size_t first = 0; first < guard.size(); ++first) {
+                SCOPED_TRACE(testing::Message() << count << " bytes from byte " << first << ", X" << x);
+                power_on();
+                ready();
+                ASSERT_EQ(device->guarded_move({0, 20, 1}, Pace::travel).outcome, Outcome::reached);
+                stream->to_machine.lose(first, count);
+                has_true_answer([&] { return device->guarded_move({0, 0, 0}, Pace::probe); }, *ball.first_hit({{0, 20, 1}, {0, 0, 0}}));
+                EXPECT_EQ(tool->audit().unguarded_moves, 0U);
+            }
+        }
+    }
+}
+
+// A shift of the work offset that nobody told the driver of, with the report that first tells it damaged.
+TEST_P(GrblDeviceWire, ADamagedWorkOffsetMovesNothingElsewhere) {
+    for (std::size_t first = 0; first < 3000; ++first) {
+        SCOPED_TRACE(first);
+        options.work_offset = Point(12, 0, 0);
+        power_on();
+        ready();
+        stream->to_host.lose(first, 1);
+        for (int k = 0; k < 12; ++k) {
+            const double x = k % 2 == 0 ? 25 : 20;
+            try {
+                (void)device->guarded_move({x, 0, 0}, Pace::travel);
+            } catch (const DeviceError&) {
+                break;
+            }
+            EXPECT_NEAR(tool_at().x(), x, kMicrometre);
+        }
+        EXPECT_GT(tool_at().x(), 20 - kMicrometre);
+        EXPECT_LT(tool_at().x(), 25 + kMicrometre);
+    }
+}
+
+// A reset ends a shift (G92): the way back is not reckoned with it.
+TEST_P(GrblDeviceWire, TheWayBackAfterAStopKnowsNoShiftThatTheResetEnded) {
+    for (const int mask : {0, 1}) {
+        for (std::size_t first = 0; first < 400; ++first) {
+            SCOPED_TRACE(testing::Message() << "byte " << first << ", $10=" << mask);
+            stop = {};
+            options.status_mask = mask;
+            power_on();
+            (void)behind_its_back("$X\nG92Y1.5\n");
+            ready();
+            once_within(15, [&] {
+                stop.request_stop();
+                stream->to_host.lose(first, 1);
+            });
+            try {
+                (void)device->guarded_move({10, 0, 0}, Pace::travel);
+                ADD_FAILURE() << "it was not stopped";
+            } catch (const Stopped&) {
+                EXPECT_NEAR((tool_at() - Point(20, 0, 0)).norm(), 0, kMicrometre);
+            } catch (const DeviceError&) {
+                EXPECT_NEAR(tool_at().y(), 0, kMicrometre);
+                EXPECT_LT(tool_at().x(), 20 + kMicrometre);
+            }
+        }
+    }
 }
 
 // --- late ------------------------------------------------------------------------------------------------------------
@@ -253,6 +333,16 @@ TEST_P(GrblDeviceWire, AToolThatMovesIsStoppedWhenAnErrorOfSomethingElseComes) {
     EXPECT_FALSE(tool->is_moving());
     EXPECT_GT(tool_at().x(), 13);
     EXPECT_NEAR((tool->true_position() - tool->position()).norm(), 0, kMicrometre);
+    EXPECT_THROW((void)device->guarded_move({20, 0, 0}, Pace::travel), PositionLost) << "nobody knows where it stands";
+}
+
+// The same just before the tool begins to move.
+TEST_P(GrblDeviceWire, AToolThatIsAboutToMoveIsStoppedWhenAnErrorOfSomethingElseComes) {
+    options.faults = {{Kind::stale_line, When::probe, 1, 0, "error:20"}};
+    ready();
+    EXPECT_THROW((void)device->guarded_move({20, 40, 0}, Pace::probe), DeviceError);
+    grbl->advance(Seconds(20));
+    EXPECT_LT(tool_at().y(), 1);
 }
 
 // The wire to the host is cut, the other one is not.
@@ -267,6 +357,25 @@ TEST_P(GrblDeviceWire, AToolThatIsNotHeardAnyMoreIsToldToHold) {
     grbl->advance(Seconds(10));
     EXPECT_LT(tool_at().z(), 8);
     EXPECT_FALSE(tool->is_moving());
+}
+
+// One report shows that the tool goes elsewhere (a minus got lost), then nothing comes any more.
+TEST_P(GrblDeviceWire, AToolThatGoesElsewhereAndIsNotHeardAnyMoreIsToldToHold) {
+    tool_options.origin = device_options.origin = Point(1, 0, 3);
+    tool_options.start = Point(20, 0, 0) + tool_options.origin;
+    ready();
+    const std::string line = "G21G90G94G38.3N9999999X21.000Y";
+    ASSERT_EQ(device->guarded_move({20, 0, 1}, Pace::travel).outcome, Outcome::reached);
+    stream->to_machine.lose(line.size(), 1);
+    stream->before_read = [&] {
+        if (std::abs(tool->true_position().y()) < 1.5) return;
+        stream->to_host.lose(60, 100'000);
+        stream->before_read = nullptr;
+    };
+    EXPECT_THROW((void)device->guarded_move({20, -40, 1}, Pace::probe), DeviceError);
+    grbl->advance(Seconds(60));
+    EXPECT_FALSE(tool->is_moving());
+    EXPECT_LT(std::abs(tool->true_position().y()), 40);
 }
 
 // --- gone ------------------------------------------------------------------------------------------------------------
@@ -291,7 +400,7 @@ TEST_P(GrblDeviceWire, SilenceIsATimeoutThatNamesWhatWasAwaitedWithTheLastLines)
     const std::string message = message_of<DeviceTimeout>([&] { (void)probe(); });
     EXPECT_LT(seconds() - begin, 5.0);
     EXPECT_THAT(message, HasSubstr("waiting for the end of a probing move"));
-    EXPECT_THAT(message, HasSubstr("> G21G90G94G38.3X1.000Y-2.000Z3.000F300\n"));
+    EXPECT_THAT(message, HasSubstr("> G21G90G94G38.3N9999999X1.000Y-2.000Z3.000F300\n"));
     EXPECT_THAT(message, HasSubstr("< ok"));
     EXPECT_THROW((void)probe(), PositionLost);
 }
