@@ -1,6 +1,7 @@
 #include "tools/return_to_work.h"
 
 #include <algorithm>
+#include <limits>
 #include <sstream>
 
 #include "devices/device_oracle.h"
@@ -16,6 +17,19 @@ using Outcome = MoveResult::Outcome;
 // mm: what rounding and the last steps of an interrupted move put the tool beside its way, at least.
 constexpr double kBesideWay = 0.05;
 
+// mm: how far it is from `p` along the unit vector `direction` to where `box` ends; 0 if `p` is there or beyond.
+double room_within(const Box& box, const Point& p, const Vector& direction) {
+    double room = std::numeric_limits<double>::infinity();
+    for (int axis = 0; axis < 3; ++axis) {
+        if (direction[axis] == 0) continue;
+        room = std::min(room, ((direction[axis] > 0 ? box.max : box.min)[axis] - p[axis]) / direction[axis]);
+    }
+    return std::max(0.0, room);
+}
+
+// Of a place that is outside by rounding.
+Point within(const Box& box, const Point& p) { return p.cwiseMax(box.min).cwiseMin(box.max); }
+
 class Return {
 public:
     Return(GuardedMachine& guarded, const Journal& journal, const Workspace& workspace, const MachineConfig& config)
@@ -28,16 +42,17 @@ public:
 
     Confirmation run(const Point& next_target) {
         const Point rest = journal_.last_rest();
-        const Point at = guarded_.position();
-        check_limits(at);
+        const Point at = machine_.report().position;  // as it is now: the operator may have moved it by hand
         const double beside = std::max(kBesideWay, 2 * DeviceOracle::kGraze * config_.touch_error());
         if (machine_.is_position_trusted() && distance_to({rest, next_target}, at) <= beside) {
             // The machine ended by itself what was under way, perhaps on the surface.
+            check_limits(at);
             machine_.retreat(rest);
             machine_.make_ready();
             go(rest);
         } else {
             machine_.make_ready();
+            check_limits(guarded_.position());
             enter(guarded_.position(), beside);
         }
         return confirm();
@@ -92,14 +107,15 @@ private:
         go(trail_.way(rest, from));
         const Vector inwards = (touched - from).normalized();
         const double tolerance = config_.datum_tolerance_mm;
-        // No deeper than would be too deep.
-        const MoveResult again = guarded_.guarded_move(touched + 2 * tolerance * inwards, Pace::probe);
+        // No deeper than would be too deep, nor than the limits allow.
+        const double depth = std::min(2 * tolerance, room_within(config_.limits, touched, inwards));
+        const MoveResult again = guarded_.guarded_move(within(config_.limits, touched + depth * inwards), Pace::probe);
         const double offset = (again.position - touched).dot(inwards);
         if (again.outcome != Outcome::contact || std::abs(offset) > tolerance) {
             std::ostringstream message;
             message << "the place that was touched at " << point_text(touched) << " (line " << known.line + 1 << " of the journal) "
                     << (again.outcome == Outcome::contact ? "is now touched " : "is not touched any more, within ")
-                    << (again.outcome == Outcome::contact ? std::abs(offset) : 2 * tolerance) << " mm off (tolerance " << tolerance
+                    << (again.outcome == Outcome::contact ? std::abs(offset) : depth) << " mm off (tolerance " << tolerance
                     << ", machine.datum_tolerance): the part or the machine's origin has moved. Put it back, or begin a new session";
             throw DeviceError(message.str());
         }

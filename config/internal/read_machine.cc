@@ -14,6 +14,8 @@ constexpr std::array<char, 3> kParities{'N', 'E', 'O'};
 constexpr Bounds kFeedBounds{0.02};
 // Less of a retract than that is lost in rounding.
 constexpr double kLeastRetract = 5.0;  // resolutions
+// s: a request is waited for that long anyway (ModbusLinkOptions::answer_timeout).
+constexpr Bounds kAnswerBounds{0.5};
 constexpr int kMaxPort = 65535;
 constexpr int kMaxUnit = 247;
 constexpr int kMaxBaud = 4'000'000;
@@ -47,8 +49,8 @@ ModbusSpec read_modbus(Section& section, const std::filesystem::path& folder) {
         modbus.line = rtu;
     });
     modbus.unit = section.whole_number({"unit", "the controller's unit id, 1 to 247"}, 1, kMaxUnit, modbus.unit);
-    modbus.slowest_answer = Seconds(section.number({"slowest_answer", "what an answer may take at most", Need::optional, "s"}, kPositive,
-                                                   modbus.slowest_answer.count()));
+    modbus.slowest_answer = Seconds(section.number({"slowest_answer", "what an answer may take at most", Need::optional, "s"},
+                                                   kAnswerBounds, modbus.slowest_answer.count()));
     const std::string profile = section.text(
         {"profile", "file with the register map, relative to the config file; see devices/README.md", Need::optional, "", "ours"});
     if (!profile.empty()) modbus.profile = (folder / profile).lexically_normal();

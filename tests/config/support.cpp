@@ -107,7 +107,7 @@ MachineConfig random_machine(Random& random) {
                                         static_cast<int>(1 + random() % 2)};
         }
         modbus.unit = static_cast<int>(1 + random() % 247);
-        modbus.slowest_answer = Seconds(positive(random));
+        modbus.slowest_answer = Seconds(0.5 + positive(random));
         if (flip(random)) modbus.profile = "/no such folder/profile.yaml";
         machine.connection = modbus;
     }

@@ -356,6 +356,19 @@ TEST_F(MachineSession, StoppedByTheOperatorItGoesBackAndIsResumed) {
     }
 }
 
+// The known place is touched again no deeper than the limits allow.
+TEST_F(MachineSession, AToleranceThatReachesBeyondTheLimitsIsNoReasonNotToResume) {
+    PortMachine machine(port());
+    auto words = probe("tolerant");
+    words.insert(words.end(), {"--set", "machine.datum_tolerance=12"});
+    Process process = start(words);
+    while (machine.probes() < 60) std::this_thread::sleep_for(1ms);
+    process.send(SIGINT);
+    EXPECT_EQ(process.wait(), 3);
+    EXPECT_EQ(run(resume("tolerant")), 0) << read("out.txt");
+    expect_safe(machine);
+}
+
 TEST_F(MachineSession, AFullDiskEndsResumable) {
     ASSERT_NO_FATAL_FAILURE(run_reference());
     PortMachine machine(port());
