@@ -7,6 +7,7 @@
 
 #include "devices/grbl_device.h"
 #include "devices/kinematics.h"
+#include "devices/modbus_link.h"
 #include "devices/multi_touch_device.h"
 #include "devices/serial_port.h"
 #include "planner/workspace.h"
@@ -17,22 +18,8 @@ struct GrblSpec {
     SerialPortOptions port;
 };
 
-struct ModbusTcpSpec {
-    std::string host;
-    int port = 502;  // Modbus' own
-};
-
-struct ModbusRtuSpec {
-    std::string path;
-    int baud = 19200;   // Modbus' default, with even parity
-    char parity = 'E';  // 'N', 'E', 'O'
-    int stop_bits = 1;
-};
-
 struct ModbusSpec {
-    std::variant<ModbusTcpSpec, ModbusRtuSpec> line;
-    int unit = 1;
-    Seconds slowest_answer{0.6};    // what an answer may take; some drives need 600 ms
+    ModbusLinkOptions link;
     std::filesystem::path profile;  // empty: ours
 };
 

@@ -112,20 +112,20 @@ std::string connection_text(const MachineConfig& machine) {
                           [](const ModbusSpec& modbus) {
                               const std::string line = std::visit(
                                   Overloaded{
-                                      [](const ModbusTcpSpec& tcp) {
+                                      [](const ModbusTcp& tcp) {
                                           return "tcp: {host: " + quoted(tcp.host) + ", port: " + std::to_string(tcp.port) + "}";
                                       },
-                                      [](const ModbusRtuSpec& rtu) {
+                                      [](const ModbusRtu& rtu) {
                                           const std::string parity = rtu.parity == 'N' ? "none" : rtu.parity == 'E' ? "even" : "odd";
                                           return "rtu: {path: " + quoted(rtu.path) + ", baud: " + std::to_string(rtu.baud) +
                                                  ", parity: " + parity + ", stop_bits: " + std::to_string(rtu.stop_bits) + "}";
                                       },
                                   },
-                                  modbus.line);
+                                  modbus.link.where);
                               const std::string profile =
                                   modbus.profile.empty() ? "" : ", profile: " + quoted(std::filesystem::absolute(modbus.profile).string());
-                              return "modbus: {" + line + ", unit: " + std::to_string(modbus.unit) +
-                                     ", slowest_answer: " + number_text(modbus.slowest_answer.count()) + profile + "}";
+                              return "modbus: {" + line + ", unit: " + std::to_string(modbus.link.unit) +
+                                     ", slowest_answer: " + number_text(modbus.link.slowest_answer.count()) + profile + "}";
                           },
                       },
                       machine.connection);

@@ -12,12 +12,7 @@ namespace {
 
 ModbusDeviceOptions options_for(const MachineConfig& config, const ModbusSpec& modbus) {
     ModbusDeviceOptions options;
-    if (const auto* tcp = std::get_if<ModbusTcpSpec>(&modbus.line)) options.link.where = ModbusTcp{tcp->host, tcp->port};
-    if (const auto* rtu = std::get_if<ModbusRtuSpec>(&modbus.line)) {
-        options.link.where = ModbusRtu{rtu->path, rtu->baud, rtu->parity, rtu->stop_bits};
-    }
-    options.link.unit = modbus.unit;
-    options.link.slowest_answer = modbus.slowest_answer;
+    options.link = modbus.link;
     if (!modbus.profile.empty()) options.profile = read_modbus_profile(modbus.profile);
     options.kinematics = config.kinematics;
     options.origin = config.origin;

@@ -35,22 +35,22 @@ GrblSpec read_grbl(Section& section) {
 ModbusSpec read_modbus(Section& section, const std::filesystem::path& folder) {
     ModbusSpec modbus;
     section.mapping({"tcp", "a controller on the network", Need::alternative}, [&](Section& inner) {
-        ModbusTcpSpec tcp;
+        ModbusTcp tcp;
         tcp.host = inner.text({"host", "its name or address", Need::required});
         tcp.port = inner.whole_number({"port", "its port"}, 1, kMaxPort, tcp.port);
-        modbus.line = tcp;
+        modbus.link.where = tcp;
     });
     section.mapping({"rtu", "a controller on a serial line", Need::alternative}, [&](Section& inner) {
-        ModbusRtuSpec rtu;
+        ModbusRtu rtu;
         rtu.path = inner.text({"path", "serial port, such as /dev/ttyUSB0", Need::required});
         rtu.baud = inner.whole_number({"baud", "its speed"}, 1, kMaxBaud, rtu.baud);
         rtu.parity = kParities.at(inner.word({"parity", "its parity"}, kParityWords, 1));
         rtu.stop_bits = inner.whole_number({"stop_bits", "stop bits"}, 1, 2, rtu.stop_bits);
-        modbus.line = rtu;
+        modbus.link.where = rtu;
     });
-    modbus.unit = section.whole_number({"unit", "the controller's unit id, 1 to 247"}, 1, kMaxUnit, modbus.unit);
-    modbus.slowest_answer = Seconds(section.number({"slowest_answer", "what an answer may take at most", Need::optional, "s"},
-                                                   kAnswerBounds, modbus.slowest_answer.count()));
+    modbus.link.unit = section.whole_number({"unit", "the controller's unit id, 1 to 247"}, 1, kMaxUnit, modbus.link.unit);
+    modbus.link.slowest_answer = Seconds(section.number({"slowest_answer", "what an answer may take at most", Need::optional, "s"},
+                                                        kAnswerBounds, modbus.link.slowest_answer.count()));
     const std::string profile = section.text(
         {"profile", "file with the register map, relative to the config file; see devices/README.md", Need::optional, "", "ours"});
     if (!profile.empty()) modbus.profile = (folder / profile).lexically_normal();

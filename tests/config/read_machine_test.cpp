@@ -42,8 +42,8 @@ TEST_F(MachineReader, FillsInDefaults) {
     EXPECT_TRUE(machine.touch.confirm);
     EXPECT_TRUE(machine.touch.confirm_travel);
     const auto modbus = std::get<ModbusSpec>(read(kModbus + kRest).machine->connection);
-    EXPECT_EQ(std::get<ModbusTcpSpec>(modbus.line).port, 502);
-    EXPECT_EQ(modbus.unit, 1);
+    EXPECT_EQ(std::get<ModbusTcp>(modbus.link.where).port, 502);
+    EXPECT_EQ(modbus.link.unit, 1);
 }
 
 // What the planner has to know of the machine goes with the task.

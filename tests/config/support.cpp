@@ -101,13 +101,13 @@ MachineConfig random_machine(Random& random) {
     } else {
         ModbusSpec modbus;
         if (flip(random)) {
-            modbus.line = ModbusTcpSpec{"host-" + std::to_string(random() % 100), static_cast<int>(1 + random() % 65535)};
+            modbus.link.where = ModbusTcp{"host-" + std::to_string(random() % 100), static_cast<int>(1 + random() % 65535)};
         } else {
-            modbus.line = ModbusRtuSpec{"/dev/ttyS1", static_cast<int>(1 + random() % 1'000'000), "NEO"[random() % 3],
-                                        static_cast<int>(1 + random() % 2)};
+            modbus.link.where = ModbusRtu{"/dev/ttyS1", static_cast<int>(1 + random() % 1'000'000), "NEO"[random() % 3],
+                                          static_cast<int>(1 + random() % 2)};
         }
-        modbus.unit = static_cast<int>(1 + random() % 247);
-        modbus.slowest_answer = Seconds(0.5 + positive(random));
+        modbus.link.unit = static_cast<int>(1 + random() % 247);
+        modbus.link.slowest_answer = Seconds(0.5 + positive(random));
         if (flip(random)) modbus.profile = "/no such folder/profile.yaml";
         machine.connection = modbus;
     }
@@ -172,9 +172,9 @@ public:
     }
     void add(const std::string& text) { words_.push_back(text); }
     void add(const GrblSpec& g) { add_all(g.port.path, std::uint64_t(g.port.baud), std::uint64_t{g.port.reset}); }
-    void add(const ModbusTcpSpec& t) { add_all(t.host, std::uint64_t(t.port)); }
-    void add(const ModbusRtuSpec& r) { add_all(r.path, std::uint64_t(r.baud), std::string(1, r.parity), std::uint64_t(r.stop_bits)); }
-    void add(const ModbusSpec& m) { add_all(m.line, std::uint64_t(m.unit), m.slowest_answer.count(), m.profile.string()); }
+    void add(const ModbusTcp& t) { add_all(t.host, std::uint64_t(t.port)); }
+    void add(const ModbusRtu& r) { add_all(r.path, std::uint64_t(r.baud), std::string(1, r.parity), std::uint64_t(r.stop_bits)); }
+    void add(const ModbusSpec& m) { add_all(m.link.where, std::uint64_t(m.link.unit), m.link.slowest_answer.count(), m.profile.string()); }
     void add(const MachineConfig& m) {
         const Kinematics& k = m.kinematics;
         add_all(m.connection, std::uint64_t(m.homing), m.origin, m.limits, k.feeds.travel_mm_per_s, k.feeds.probe_mm_per_s,
