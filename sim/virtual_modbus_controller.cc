@@ -6,6 +6,7 @@
 
 #include "devices/errors.h"
 #include "devices/modbus_bits.h"
+#include "planner/number_text.h"
 
 namespace palpate {
 namespace {
@@ -41,7 +42,9 @@ VirtualModbusController::VirtualModbusController(const HiddenObject& object, con
     try {
         (void)registers();
     } catch (const OutOfLimits& error) {
-        throw std::invalid_argument(std::string("the virtual controller cannot tell its limits or its position: ") + error.what());
+        throw std::invalid_argument("limits " + point_text(options_.tool.limits.min) + " to " + point_text(options_.tool.limits.max) +
+                                    " and a start at " + point_text(options_.tool.start) +
+                                    " (machine) are more than the virtual controller can tell: " + error.what());
     }
 }
 
