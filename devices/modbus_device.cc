@@ -7,6 +7,7 @@
 #include "devices/errors.h"
 #include "devices/internal/modbus_client.h"
 #include "devices/internal/modbus_motion.h"
+#include "devices/trail.h"
 #include "planner/number_text.h"
 
 namespace palpate {
@@ -147,11 +148,26 @@ MoveResult ModbusDevice::guarded_move(const Point& target, Pace pace) {
     try {
         return move(target, pace);
     } catch (const ConnectionLost&) {
+        halt_after_failure();
         state_ = client_->link().is_connected() ? State::fault : State::lost;
         throw;
     } catch (const DeviceError&) {
-        if (state_ == State::moving || state_ == State::stopping) state_ = State::fault;
+        if (state_ == State::moving || state_ == State::stopping) {
+            halt_after_failure();
+            state_ = State::fault;
+        }
         throw;
+    }
+}
+
+// After a failure that nothing more is known of: the axes may still move. Throws nothing: the failure is told, and a controller that does
+// not hear this hears no heartbeat either.
+void ModbusDevice::halt_after_failure() {
+    if (!client_->link().is_connected()) return;
+    try {
+        client_->halt();
+    } catch (const DeviceError&) {
+        return;
     }
 }
 
@@ -221,9 +237,7 @@ MoveResult ModbusDevice::finish(const MotionEnd& end, const Point& start, const 
 void ModbusDevice::check_contact(const ModbusStatus& status, const Point& start, const Point& target) const {
     const Kinematics& k = options_.kinematics;
     const double tolerance = kPathTolerance + kRoundingResolutions * k.resolution_mm;
-    const Vector way = target - start;
-    const double share = std::clamp((status.latched - start).dot(way) / way.squaredNorm(), 0.0, 1.0);
-    if (const double off = (status.latched - (start + share * way)).norm(); off > tolerance) {
+    if (const double off = distance_to({start, target}, status.latched); off > tolerance) {
         throw BadAnswer(where() + " latched a touch at " + point_text(status.latched) + ", " + std::to_string(off) +
                         " mm off the way from " + point_text(start) + " to " + point_text(target) +
                         " (machine): is it the latch of an earlier move?");
@@ -306,9 +320,11 @@ void ModbusDevice::recover() {
             status = client_->status();
         }
         if (!status.is_standing()) status = motion_->stop();
-        state_ = State::locked;
         if (status.is_probe_closed && status.is_homed && !status.is_fault() && status.is_standing() && way_back_) {
+            if (!status.has(cia402::kOperationEnabled)) client_->enable();
+            state_ = State::stopping;
             retract(status, *way_back_, status.actual);
+            state_ = State::connecting;
             status = client_->status();
         }
         check_ready(status);
@@ -316,10 +332,12 @@ void ModbusDevice::recover() {
         way_back_.reset();
         state_ = State::idle;
     } catch (const ConnectionLost&) {
+        if (state_ == State::stopping) halt_after_failure();
         state_ = client_->link().is_connected() ? State::fault : State::lost;
         throw;
     } catch (const DeviceError&) {
-        if (state_ == State::connecting) state_ = State::locked;
+        if (state_ == State::stopping) halt_after_failure();
+        state_ = State::locked;
         throw;
     }
 }

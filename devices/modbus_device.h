@@ -100,6 +100,7 @@ private:
     void retract(const ModbusStatus& status, const Point& start, const Point& from);
     void back_off(const Point& start);
     void back_off_after(const DeviceError& failure, const Point& start);
+    void halt_after_failure();
     void check_ready(const ModbusStatus& status);
     void inspect();
     void check_target(const Point& machine) const;

@@ -4,6 +4,7 @@
 #include <sys/eventfd.h>
 #include <unistd.h>
 
+#include <algorithm>
 #include <array>
 #include <cerrno>
 #include <chrono>
@@ -18,6 +19,8 @@ namespace palpate {
 namespace {
 
 using std::chrono::nanoseconds;
+
+constexpr Seconds kLongestSleep{3600.0};
 
 timespec timespec_of(nanoseconds time) {
     const auto seconds = std::chrono::duration_cast<std::chrono::seconds>(time);
@@ -147,7 +150,8 @@ void GrblHost::sleep(const PseudoTerminal* terminal) {
     std::optional<nanoseconds> timeout;
     if (options_.time == GrblHostOptions::Time::real) {
         const std::scoped_lock lock(mutex_);
-        if (const auto next = grbl_.time_to_event()) timeout = std::chrono::ceil<nanoseconds>(*next);
+        // A move may take longer than nanoseconds can tell.
+        if (const auto next = grbl_.time_to_event()) timeout = std::chrono::ceil<nanoseconds>(std::min(*next, kLongestSleep));
     }
     // Without a client the system reports a hang-up all the time.
     const bool listens = terminal != nullptr && terminal->has_client();

@@ -27,6 +27,7 @@ constexpr int kReadRegisters = 3;
 constexpr int kWriteRegister = 6;
 constexpr int kWriteRegisters = 16;
 constexpr int kIllegalFunction = 1;
+constexpr int kIllegalValue = 3;
 
 [[noreturn]] void fail(const std::string& what) {
     throw std::system_error(errno, std::generic_category(), "virtual Modbus machine: " + what);
@@ -258,14 +259,17 @@ std::optional<AnswerFault> VirtualModbus::next_fault() {
 std::optional<int> VirtualModbus::carry_out(std::span<const std::uint8_t> request, int header) {
     const auto body = request.subspan(static_cast<std::size_t>(header));
     const auto word = [&](std::size_t at) { return static_cast<std::uint16_t>((body[at] << 8U) | body[at + 1]); };
-    const int address = word(1);
     const int function = body[0];
-    if (function == kReadRegisters) return controller_.refuses_to_read(address, word(3));
-    if (function != kWriteRegister && function != kWriteRegisters) return kIllegalFunction;
+    if (function != kReadRegisters && function != kWriteRegister && function != kWriteRegisters) return kIllegalFunction;
+    // libmodbus has received all that the function needs: an address and a word; what FC16 announces as its bytes, too.
+    const int address = word(1);
     std::vector<std::uint16_t> words;
     const std::size_t count = function == kWriteRegister ? 1 : word(3);
+    if (count == 0 || (function == kReadRegisters && count > MODBUS_MAX_READ_REGISTERS)) return kIllegalValue;
+    if (function == kReadRegisters) return controller_.refuses_to_read(address, static_cast<int>(count));
+    if (function == kWriteRegisters && body[5] != 2 * count) return kIllegalValue;
     const std::size_t first = function == kWriteRegister ? 3 : 6;  // FC16 has the count and the number of bytes before them
-    for (std::size_t i = 0; i < count && first + 2 * i + 1 < body.size(); ++i) words.push_back(word(first + 2 * i));
+    for (std::size_t i = 0; i < count; ++i) words.push_back(word(first + 2 * i));
     if (const auto refusal = controller_.refuses_to_write(address, static_cast<int>(words.size()))) return refusal;
     controller_.write(address, words);
     return std::nullopt;

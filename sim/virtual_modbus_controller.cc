@@ -1,9 +1,12 @@
 #include "sim/virtual_modbus_controller.h"
 
 #include <algorithm>
+#include <stdexcept>
 #include <utility>
 
+#include "devices/errors.h"
 #include "devices/modbus_bits.h"
+#include "planner/number_text.h"
 
 namespace palpate {
 namespace {
@@ -35,6 +38,14 @@ VirtualModbusController::VirtualModbusController(const HiddenObject& object, con
     for (const ModbusBlock block : {ModbusBlock::command, ModbusBlock::status, ModbusBlock::limits})
         spans.push_back(span_of(profile, block));
     for (const ModbusSpan& span : spans) std::fill_n(known_.begin() + (span.address - first_address_), span.registers, true);
+    // Later everything that is told lies between the limits and the start.
+    try {
+        (void)registers();
+    } catch (const OutOfLimits& error) {
+        throw std::invalid_argument("limits " + point_text(options_.tool.limits.min) + " to " + point_text(options_.tool.limits.max) +
+                                    " and a start at " + point_text(options_.tool.start) +
+                                    " (machine) are more than the virtual controller can tell: " + error.what());
+    }
 }
 
 std::optional<int> VirtualModbusController::refuses_to_read(int address, int registers) const {
@@ -105,11 +116,22 @@ void VirtualModbusController::control(std::uint16_t word) {
         drive_state_ = kDisabled;
     }
     const bool is_enabled = (drive_state_ & cia402::kOperationEnabled) != 0;
-    if (tool_.is_moving() && (!is_enabled || (word & cia402::kHalt) != 0)) tool_.decelerate();
+    if (!tool_.is_moving()) return;
+    const bool is_halt = (word & cia402::kHalt) != 0 && !suffers(MachineFault::ignored_halt);
+    if (!is_enabled || is_halt) tool_.decelerate();
+}
+
+bool VirtualModbusController::suffers(MachineFault fault) {
+    if (fault_ != fault) return false;
+    fault_.reset();
+    return true;
 }
 
 // Why a command is not carried out; kNoFault if it is.
 std::uint16_t VirtualModbusController::objection(const Point& target, Armed armed) const {
+    for (const F rate : {F::velocity, F::acceleration}) {
+        if (get_value(words_, first_address_, options_.profile, rate) <= 0.0) return cia402::kParameterFault;
+    }
     if (!is_homed_) return cia402::kNotHomedFault;
     if (!options_.tool.limits.contains(target)) return cia402::kLimitFault;
     if (armed == Armed::closing && tool_.is_probe_closed()) return cia402::kProbeClosedFault;
@@ -117,7 +139,8 @@ std::uint16_t VirtualModbusController::objection(const Point& target, Armed arme
 }
 
 void VirtualModbusController::start() {
-    if ((drive_state_ & cia402::kOperationEnabled) == 0) return;  // no echo: the command was not taken
+    // Without an echo: the command was not taken.
+    if ((drive_state_ & cia402::kOperationEnabled) == 0 || suffers(MachineFault::ignored_command)) return;
     sequence_ = told(F::sequence);
     silence_ = Seconds(0);
     stored_ = 0;
@@ -128,14 +151,12 @@ void VirtualModbusController::start() {
                                                                           : Armed::nothing;
     const Point target = told_target();
     if (const std::uint16_t code = objection(target, armed_); code != cia402::kNoFault) return fail(code);
-    if (fault_ == MachineFault::missed_trigger) {
-        tool_.miss_next_trigger();
-        fault_.reset();
-    }
+    if (suffers(MachineFault::missed_trigger)) tool_.miss_next_trigger();
+    const double slowness = suffers(MachineFault::crawl) ? 0.001 : 1.0;
     const auto guard = told(F::stop_on_touch) == 0 || armed_ == Armed::nothing ? VirtualTool::Guard::none
                        : armed_ == Armed::closing                              ? VirtualTool::Guard::until_contact
                                                                                : VirtualTool::Guard::until_release;
-    tool_.start_move(target, get_value(words_, first_address_, options_.profile, F::velocity), guard);
+    tool_.start_move(target, slowness * get_value(words_, first_address_, options_.profile, F::velocity), guard);
 }
 
 void VirtualModbusController::fail(std::uint16_t code) {
@@ -149,14 +170,15 @@ void VirtualModbusController::latch() {
     const std::optional<Point> trigger = tool_.trigger();
     if (!trigger || stored_ != 0 || armed_ == Armed::nothing) return;
     if (armed_ == Armed::closing) {
-        if (fault_ == MachineFault::missed_edge) {
-            fault_.reset();
+        const bool is_silent = suffers(MachineFault::missed_edge_in_silence);
+        if (is_silent) fail(cia402::kHeartbeatFault);
+        if (is_silent || suffers(MachineFault::missed_edge)) {
             armed_ = Armed::nothing;
             return;
         }
         stored_ = cia402::kPositiveEdgeStored;
-        edges_ = bits(edges_ + (fault_ == MachineFault::repeated_edge ? 2U : 1U));
-        if (fault_ == MachineFault::repeated_edge) fault_.reset();
+        edges_ = bits(edges_ + (suffers(MachineFault::repeated_edge) ? 2U : 1U));
+        if (suffers(MachineFault::stale_latch)) return;
     } else {
         stored_ = cia402::kNegativeEdgeStored;
     }
@@ -165,14 +187,9 @@ void VirtualModbusController::latch() {
 
 void VirtualModbusController::advance(Seconds time) {
     if (!tool_.is_moving()) return tool_.advance(time * options_.speedup);
-    if (fault_ == MachineFault::spurious_trigger && armed_ == Armed::closing) {
-        tool_.trigger_spuriously();
-        fault_.reset();
-    }
-    if (fault_ == MachineFault::limit) {
-        fault_.reset();
-        fail(cia402::kLimitFault);
-    }
+    if (armed_ == Armed::closing && suffers(MachineFault::spurious_trigger)) tool_.trigger_spuriously();
+    if (suffers(MachineFault::limit)) fail(cia402::kLimitFault);
+    if (suffers(MachineFault::homing_lost)) is_homed_ = false;
     // Where the silence becomes too long within this time, the axes slow down from there on.
     const Seconds heard = std::clamp(options_.profile.heartbeat_limit - silence_, Seconds(0), time);
     tool_.advance(heard * options_.speedup);
@@ -218,7 +235,8 @@ std::span<const std::uint16_t> VirtualModbusController::registers() {
     const ModbusProfile& profile = options_.profile;
     if (!is_frozen_) {
         const unsigned homed = is_homed_ ? 1U << static_cast<unsigned>(profile.homed_bit) : 0U;
-        const unsigned closed = tool_.is_probe_closed() ? 1U << static_cast<unsigned>(profile.probe_closed_bit) : 0U;
+        const bool is_stuck = fault_ == MachineFault::stuck_probe && stored_ != 0;
+        const unsigned closed = tool_.is_probe_closed() || is_stuck ? 1U << static_cast<unsigned>(profile.probe_closed_bit) : 0U;
         put(F::status_word, bits(drive_state_ | homed | (tool_.is_moving() ? 0U : cia402::kStanding)));
         put(F::fault_code, fault_code_);
         put(F::actual_x, tool_.position());
@@ -229,7 +247,9 @@ std::span<const std::uint16_t> VirtualModbusController::registers() {
         put(F::heartbeat_echo, heartbeat_);
     }
     put(F::min_x, options_.tool.limits.min);
-    put(F::max_x, options_.tool.limits.max);
+    constexpr double kWobble = 0.01;  // mm
+    if (fault_ == MachineFault::unsteady_limits) ++looks_;
+    put(F::max_x, options_.tool.limits.max + Vector::Constant(kWobble * looks_));
     std::ranges::copy(registers_of_text(options_.identity, profile.identity.registers),
                       words_.begin() + (profile.identity.address - first_address_));
     return words_;

@@ -20,18 +20,29 @@ struct VirtualModbusOptions {
     double speedup = 1.0;  // the tool's time runs so much faster than ours; the heartbeat is watched in ours
 };
 
-// What goes wrong in the machine. Each happens once, in the next move (the first three: at its touch).
+// What goes wrong in the machine.
 enum class MachineFault : std::uint8_t {
-    missed_edge,       // the tool stops at the touch, but nothing is latched
-    repeated_edge,     // one more edge is counted than there was
-    missed_trigger,    // the probe does not close
+    // Once, at the next touch:
+    missed_edge,             // the tool stops, but nothing is latched
+    missed_edge_in_silence,  // the same, and it says that it stopped because the host was silent
+    repeated_edge,           // one more edge is counted than there was
+    stale_latch,             // the latch is still the one before
+    missed_trigger,          // the probe does not close
+    // Once, in the next move:
     spurious_trigger,  // the probe closes for a moment where nothing is
     limit,             // the limit switch is met on the way
+    homing_lost,       // it is not homed any more, and goes on
+    ignored_command,   // is not taken
+    crawl,             // goes at a thousandth of its velocity
+    ignored_halt,      // is not stopped by the first halt
+    // Until mend():
+    stuck_probe,      // after a touch it reads closed for ever
+    unsteady_limits,  // are others at each look
 };
 
 class VirtualModbusController {
 public:
-    // `object` must outlive it. Throws std::invalid_argument on a false profile.
+    // `object` must outlive it. Throws std::invalid_argument on a false profile, and if the limits or the start do not fit its registers.
     VirtualModbusController(const HiddenObject& object, const VirtualModbusOptions& options);
 
     // Nothing if the registers can be read, written; otherwise the number of a Modbus exception: 2 where a register is none of the
@@ -47,6 +58,7 @@ public:
     void advance(Seconds time);
 
     void inject(MachineFault fault) { fault_ = fault; }
+    void mend() { fault_.reset(); }
     // The program stands still, as if its cycle had crashed, while registers still answer; its watchdog stops the axes.
     void freeze();
     // Power off and on: the axes stop dead, the position is lost, all is forgotten.
@@ -68,6 +80,8 @@ private:
     void start();
     [[nodiscard]] std::uint16_t objection(const Point& target, Armed armed) const;
     void fail(std::uint16_t code);
+    // Whether that fault is due; it is over then.
+    [[nodiscard]] bool suffers(MachineFault fault);
     void latch();
     void put(ModbusField field, double value);
     void put(ModbusField x, const Point& p);
@@ -91,6 +105,7 @@ private:
     std::uint16_t edges_ = 0;
     Point latched_ = Point::Zero();
     std::optional<MachineFault> fault_{};
+    int looks_ = 0;  // at limits that are unsteady
 };
 
 }  // namespace palpate

@@ -26,6 +26,8 @@ std::string fault_text(std::uint16_t code) {
     (void)std::snprintf(digits.data(), digits.size(), "0x%04X", static_cast<unsigned>(code));
     const auto meaning = [code] {
         switch (code) {
+            case cia402::kParameterFault:
+                return "a move without a velocity or an acceleration";
             case cia402::kHeartbeatFault:
                 return "the host was silent, so it stopped";
             case cia402::kLimitFault:
@@ -44,7 +46,7 @@ std::string fault_text(std::uint16_t code) {
 // What is known of a move while it runs.
 struct ModbusMotion::Watch {
     ModbusStatus before;
-    std::uint16_t sequence = 0;
+    std::uint16_t sequence = 0;  // of the last command; before the first, what was echoed
     std::chrono::nanoseconds deadline{0};
     std::uint64_t lost_answers = 0;
     int reconnects = 0;
@@ -56,8 +58,18 @@ bool ModbusMotion::is_near(const Point& a, const Point& b) const {
     return (a - b).norm() <= kStandstillResolutions * kinematics_.resolution_mm;
 }
 
+// Never the number of an earlier command: one that did not arrive may still come, and would be taken for this one. Nor the number that is
+// echoed: it starts nothing.
+std::uint16_t ModbusMotion::next_sequence(std::uint16_t echoed) {
+    const auto after = [](std::uint16_t number) { return static_cast<std::uint16_t>(number + 1U); };  // wraps
+    std::uint16_t next = after(last_sequence_.value_or(echoed));
+    if (next == echoed) next = after(next);
+    last_sequence_ = next;
+    return next;
+}
+
 void ModbusMotion::send(const ArmedMove& move, Watch& watch) {
-    ++watch.sequence;  // wraps; only whether it differs from the echo counts
+    watch.sequence = next_sequence(watch.sequence);
     try {
         client_.start({move.target, move.feed_mm_per_s, kinematics_.acceleration_mm_per_s2, move.edge, watch.sequence});
     } catch (const ConnectionLost&) {
@@ -110,7 +122,9 @@ std::optional<MotionEnd> ModbusMotion::judge(const ModbusStatus& status, const A
     end.is_stored =
         (status.touch_status & (move.edge == ProbeEdge::closing ? cia402::kPositiveEdgeStored : cia402::kNegativeEdgeStored)) != 0;
     end.is_at_target = is_near(status.actual, move.target);
-    if (!was_silent || end.is_stored || end.edges != 0 || end.is_at_target) return end;
+    // A touch that the controller missed: to go on would press the probe on.
+    const bool is_missed = move.edge == ProbeEdge::closing && status.is_probe_closed;
+    if (!was_silent || end.is_stored || end.edges != 0 || end.is_at_target || is_missed) return end;
     if (watch.reconnects > 0) {
         throw ConnectionLost("the connection to " + where + " was lost and is there again; the controller had stopped at " +
                              point_text(status.actual) + " (machine) before the move to " + point_text(move.target) + " was over; resume");

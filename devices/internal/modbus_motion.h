@@ -1,6 +1,7 @@
 // One armed move of a Modbus controller, from its command to standstill: keeps the heartbeat up, and survives lost answers and connections.
 #pragma once
 
+#include <cstdint>
 #include <optional>
 #include <stop_token>
 #include <vector>
@@ -45,6 +46,7 @@ private:
     struct Watch;
 
     void send(const ArmedMove& move, Watch& watch);
+    [[nodiscard]] std::uint16_t next_sequence(std::uint16_t echoed);
     void reconnect(Watch& watch);
     [[nodiscard]] ModbusStatus status_through_reconnects(Watch& watch);
     [[nodiscard]] std::optional<MotionEnd> judge(const ModbusStatus& status, const ArmedMove& move, Watch& watch);
@@ -53,6 +55,7 @@ private:
     const Kinematics& kinematics_;
     Clock& clock_;
     Seconds patience_;
+    std::optional<std::uint16_t> last_sequence_{};  // that was sent
 };
 
 // "fault 0x8612: a target or a position beyond the limits"

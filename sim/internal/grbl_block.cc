@@ -31,6 +31,7 @@ constexpr int kUnusedWords = 36;
 constexpr double kInch = 25.4;       // mm
 constexpr double kSamePlace = 1e-6;  // mm: far below a step
 constexpr int kNoMotion = 800;
+constexpr double kNoSuchCode = 100.0;  // G99 is the last
 
 enum class AxisUse { none, motion, work_system, shift, clear_shift };
 
@@ -84,6 +85,7 @@ private:
 
     int add_g(double value) {
         const double tenths = std::round(value * 10);
+        if (value >= kNoSuchCode) return kUnsupported;  // nor a number that an int holds
         if (value < 0.0 || std::abs(tenths - value * 10) > 1e-6) return kNotWhole;
         const int code = static_cast<int>(tenths);
         if (code / 10 != 38 && code / 10 != 92 && code % 10 != 0) return kNotWhole;
@@ -192,8 +194,9 @@ GrblBlock work_system_of(const Words& words, const GrblFrame& frame) {
     if (!words.has_axes()) return refuse(kNoAxisWords);
     if (!which || !how) return refuse(kMissingValue);
     if (*how != 2 && *how != 20) return refuse(kUnsupported);
-    if (*which > static_cast<double>(GrblFrame::kWorkSystems)) return refuse(kNoSuchWorkSystem);
-    block.work_system = *which == 0.0 ? words.modal.work_system : static_cast<std::size_t>(*which) - 1;
+    const double number = std::trunc(*which);  // as the firmware does
+    if (number > static_cast<double>(GrblFrame::kWorkSystems)) return refuse(kNoSuchWorkSystem);
+    block.work_system = number == 0.0 ? words.modal.work_system : static_cast<std::size_t>(number) - 1;
     block.target = frame.work[block.work_system];
     const double unit = words.modal.inches ? kInch : 1.0;
     for (int axis = 0; axis < 3; ++axis) {

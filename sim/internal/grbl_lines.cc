@@ -1,6 +1,5 @@
 // What the lines do that a virtual GRBL controller receives.
 #include <algorithm>
-#include <charconv>
 
 #include "devices/kinematics.h"
 #include "sim/internal/grbl_machine.h"
@@ -9,6 +8,7 @@ namespace palpate {
 namespace {
 
 // Error numbers of the protocol.
+constexpr int kBadNumber = 2;
 constexpr int kUnknownCommand = 3;
 constexpr int kHomingDisabled = 5;
 constexpr int kNotIdle = 8;
@@ -17,17 +17,25 @@ constexpr int kLineTooLong = 11;
 constexpr int kJogBeyondLimits = 15;
 constexpr int kResetRequired = 79;
 
+constexpr double kLastSetting = 255;
+
 constexpr int kSoftLimitAlarm = 2;
 constexpr int kProbeClosedAlarm = 4;
 constexpr int kProbeMissedAlarm = 5;
 
 constexpr double kSecondsPerMinute = 60.0;
+// mm/s: the firmware goes no slower, whatever the line and $110 say (MINIMUM_FEED_RATE).
+constexpr double kMinimumFeed = 1.0 / kSecondsPerMinute;
 constexpr double kHomingFeed = 25.0;  // mm/s
 constexpr Seconds kHomingLatch{1.0};  // back off the switches and touch them again
 constexpr int kBounces = 2;           // of a move that bounces by chance
 
 bool goes_away(int motion) { return motion == 384 || motion == 385; }
 bool may_fail(int motion) { return motion == 383 || motion == 385; }
+
+double feed_of(const GrblModal& modal, const GrblSettings& settings) {
+    return std::max(kMinimumFeed, std::min(modal.feed_mm_per_min / kSecondsPerMinute, settings.max_feed_mm_per_s()));
+}
 
 }  // namespace
 
@@ -95,17 +103,15 @@ int GrblMachine::execute_report(std::string_view line) {
 }
 
 int GrblMachine::execute_setting(std::string_view line) {
-    const std::size_t equals = line.find('=');
-    int number = 0;
-    double value = 0.0;
-    const char* const number_end = line.data() + equals;
-    const char* const value_end = line.data() + line.size();
-    const auto [after_number, bad_number] = std::from_chars(line.data() + 1, number_end, number);
-    const auto [after_value, bad_value] = std::from_chars(number_end + 1, value_end, value);
-    if (bad_number != std::errc() || bad_value != std::errc() || after_number != number_end || after_value != value_end) {
-        return kUnknownCommand;
-    }
-    return settings_.set(number, value);
+    line.remove_prefix(1);  // $
+    const std::optional<double> number = take_number(line);
+    if (!number) return kBadNumber;
+    if (!line.starts_with('=')) return kUnknownCommand;
+    line.remove_prefix(1);
+    const std::optional<double> value = take_number(line);
+    if (!value) return kBadNumber;
+    if (!line.empty() || *number < 0.0 || *number > kLastSetting) return kUnknownCommand;
+    return settings_.set(static_cast<int>(*number), *value);
 }
 
 void GrblMachine::toggle_check_mode() {
@@ -171,7 +177,7 @@ void GrblMachine::jog(std::string_view line) {
         answer(block.error != 0 ? block.error : kJogBeyondLimits);
         return;
     }
-    const double feed = std::min(block.modal.feed_mm_per_min / kSecondsPerMinute, settings_.max_feed_mm_per_s());
+    const double feed = feed_of(block.modal, settings_);
     const auto begin = [this, target = block.target, feed] {
         state_ = State::jog;
         frame_.position = target;
@@ -233,8 +239,8 @@ void GrblMachine::execute_motion(const GrblBlock& block) {
         answer(0);
         return;
     }
-    const double fastest = settings_.max_feed_mm_per_s();
-    const double feed = block.action == GrblBlock::Action::rapid ? fastest : std::min(fastest, modal_.feed_mm_per_min / kSecondsPerMinute);
+    const bool is_rapid = block.action == GrblBlock::Action::rapid;
+    const double feed = is_rapid ? std::max(kMinimumFeed, settings_.max_feed_mm_per_s()) : feed_of(modal_, settings_);
     const auto begin = [this, target = block.target, feed] {
         state_ = State::run;
         frame_.position = target;
@@ -265,7 +271,7 @@ void GrblMachine::begin_probe(const GrblBlock& block) {
         raise_alarm(kSoftLimitAlarm, true);
         return;
     }
-    const double feed = std::min(modal_.feed_mm_per_min / kSecondsPerMinute, settings_.max_feed_mm_per_s());
+    const double feed = feed_of(modal_, settings_);
     const double length = (block.target - tool_.position()).norm();
     if (spurious_share_) spurious_at_ = now_ + *spurious_share_ * move_duration(tool_.options().kinematics, length, feed);
     const auto begin = [this, motion, feed, target = block.target] {

@@ -2,6 +2,7 @@
 
 #include <algorithm>
 #include <array>
+#include <cmath>
 #include <cstdio>
 
 namespace palpate {
@@ -49,11 +50,16 @@ int GrblSettings::set(int number, double value) {
 std::string GrblSettings::dump() const {
     std::string text;
     for (const auto& [number, value] : values_) {
-        std::array<char, 64> line{};
+        std::array<char, 128> line{};  // longer than a line that was received
         std::snprintf(line.data(), line.size(), is_fractional(number) ? "$%d=%.3f\r\n" : "$%d=%.0f\r\n", number, value);
         text += line.data();
     }
     return text;
+}
+
+unsigned GrblSettings::status_mask() const {
+    constexpr double kMasks = 256.0;  // it is a byte
+    return static_cast<unsigned>(std::fmod(values_.at(kStatusMask), kMasks));
 }
 
 double GrblSettings::max_feed_mm_per_s() const {

@@ -17,11 +17,11 @@ public:
     // `$$`: one line per setting, without the `ok`.
     [[nodiscard]] std::string dump() const;
 
-    [[nodiscard]] unsigned status_mask() const { return static_cast<unsigned>(values_.at(kStatusMask)); }
+    [[nodiscard]] unsigned status_mask() const;
     [[nodiscard]] bool inches() const { return values_.at(kInches) != 0.0; }
     [[nodiscard]] bool soft_limits() const { return values_.at(kSoftLimits) != 0.0; }
     [[nodiscard]] bool homing() const { return values_.at(kHoming) != 0.0; }
-    [[nodiscard]] double max_feed_mm_per_s() const;
+    [[nodiscard]] double max_feed_mm_per_s() const;  // may be 0
 
 private:
     static constexpr int kStatusMask = 10;

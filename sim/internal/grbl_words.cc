@@ -31,17 +31,25 @@ std::string_view number_at(std::string_view text) {
 
 }  // namespace
 
+std::optional<double> take_number(std::string_view& text) {
+    const std::string_view number = number_at(text);
+    if (number.empty()) return std::nullopt;
+    double value = 0.0;
+    const std::size_t sign = number[0] == '+' ? 1 : 0;  // which from_chars does not take
+    std::from_chars(number.data() + sign, number.data() + number.size(), value);
+    text.remove_prefix(number.size());
+    return value;
+}
+
 GrblWords parse_words(std::string_view line) {
     GrblWords result;
     while (!line.empty()) {
         if (!is_letter(line[0])) return {{}, kExpectedLetter};
-        const std::string_view number = number_at(line.substr(1));
-        if (number.empty()) return {{}, kBadNumber};
-        GrblWord word{line[0], 0.0};
-        const std::size_t sign = number[0] == '+' ? 1 : 0;  // which from_chars does not take
-        std::from_chars(number.data() + sign, number.data() + number.size(), word.value);
-        result.words.push_back(word);
-        line.remove_prefix(1 + number.size());
+        const char letter = line[0];
+        line.remove_prefix(1);
+        const std::optional<double> value = take_number(line);
+        if (!value) return {{}, kBadNumber};
+        result.words.push_back({letter, *value});
     }
     return result;
 }

@@ -1,6 +1,7 @@
 // The letters and numbers of one line of G-code.
 #pragma once
 
+#include <optional>
 #include <string>
 #include <string_view>
 #include <vector>
@@ -16,6 +17,9 @@ struct GrblWords {
     std::vector<GrblWord> words;
     int error = 0;  // 0, 1 (a letter was expected) or 2 (bad number)
 };
+
+// The number at the beginning of `text`, taken off it: sign, digits, one point; no exponent, no "nan". Nothing if there is none.
+[[nodiscard]] std::optional<double> take_number(std::string_view& text);
 
 // `line` without spaces and comments, in capitals (GrblLine).
 [[nodiscard]] GrblWords parse_words(std::string_view line);

@@ -17,7 +17,9 @@
 namespace palpate {
 namespace {
 
+using test::expect_safe;
 using test::Machine;
+using test::wait_until_under_way;
 using test::Wire;
 using Outcome = MoveResult::Outcome;
 using State = ModbusDevice::State;
@@ -27,18 +29,6 @@ constexpr double kRounding = 2 * kMicrometre;
 
 long count(const MoveResult& result, DeviceEvent::Kind kind) {
     return std::ranges::count_if(result.events, [kind](const DeviceEvent& event) { return event.kind == kind; });
-}
-
-void expect_safe(Machine& machine) {
-    const VirtualToolAudit audit = machine.audit();
-    EXPECT_EQ(audit.unsafe_moves, 0U);
-    EXPECT_EQ(audit.unguarded_moves, 0U);
-    EXPECT_EQ(audit.outside_limits, 0U);
-}
-
-// Waits until the tool has gone some way: a moment in mid-move.
-void wait_until_under_way(Machine& machine, const Point& start, double distance) {
-    while ((machine.tool() - start).norm() < distance) std::this_thread::sleep_for(std::chrono::milliseconds(1));
 }
 
 class ModbusDeviceOn : public testing::TestWithParam<Wire> {

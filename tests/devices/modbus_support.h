@@ -1,13 +1,16 @@
 // A virtual Modbus machine with a sphere in it, and the driver that is tested on it.
 #pragma once
 
+#include <gtest/gtest.h>
 #include <unistd.h>
 
+#include <chrono>
 #include <filesystem>
 #include <memory>
 #include <optional>
 #include <stop_token>
 #include <string>
+#include <thread>
 
 #include "devices/clock.h"
 #include "devices/modbus_device.h"
@@ -83,6 +86,9 @@ public:
     void inject(MachineFault fault) {
         virtual_.with_controller([fault](VirtualModbusController& c) { c.inject(fault); });
     }
+    void mend() {
+        virtual_.with_controller([](VirtualModbusController& c) { c.mend(); });
+    }
     void inject(const AnswerFault& fault) { virtual_.inject(fault); }
 
 private:
@@ -98,5 +104,17 @@ private:
     HiddenObject object_;
     VirtualModbus virtual_;
 };
+
+inline void expect_safe(Machine& machine) {
+    const VirtualToolAudit audit = machine.audit();
+    EXPECT_EQ(audit.unsafe_moves, 0U);
+    EXPECT_EQ(audit.unguarded_moves, 0U);
+    EXPECT_EQ(audit.outside_limits, 0U);
+}
+
+// Waits until the tool has gone some way: a moment in mid-move.
+inline void wait_until_under_way(Machine& machine, const Point& start, double distance) {
+    while ((machine.tool() - start).norm() < distance) std::this_thread::sleep_for(std::chrono::milliseconds(1));
+}
 
 }  // namespace palpate::test

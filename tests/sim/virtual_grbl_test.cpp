@@ -394,6 +394,65 @@ TEST_P(EveryGrblTest, Errors) {
     EXPECT_EQ(tool->audit().moves, 0U);
 }
 
+// As the firmware reads numbers: no exponent, no "nan"; and codes that are too great for an int.
+TEST_P(EveryGrblTest, NumbersThatAreNone) {
+    const auto error_of = [&](const std::string& line) {
+        start();
+        const Lines lines = command(line);
+        return lines.size() == 1 ? lines[0] : "not one line";
+    };
+    EXPECT_EQ(error_of("$10=nan"), "error:2");
+    EXPECT_EQ(error_of("$10=inf"), "error:2");
+    EXPECT_EQ(error_of("$10="), "error:2");
+    EXPECT_EQ(error_of("$=1"), "error:2");
+    EXPECT_EQ(error_of("$110=1e3"), "error:3");
+    EXPECT_EQ(error_of("$10"), "error:3");
+    EXPECT_EQ(error_of("$99999999999=1"), "error:3");
+    EXPECT_EQ(error_of("$-10=1"), "error:3");
+    EXPECT_EQ(error_of("$110=-1"), "error:4");
+    EXPECT_EQ(error_of("G99999999999"), "error:20");
+    EXPECT_EQ(error_of("G100"), "error:20");
+    EXPECT_EQ(error_of("G10 L2 P7 X1"), "error:29");
+    EXPECT_EQ(error_of("G10 L2 P99999999999 X1"), "error:29");
+    EXPECT_EQ(error_of("G10 L2 P-1 X1"), "error:4");
+}
+
+// The number of a work system is cut off, and 0 is the one that is in use.
+TEST_P(EveryGrblTest, AFractionOfAWorkSystemIsCutOff) {
+    start();
+    command("G55");
+    EXPECT_THAT(command("G10 L2 P0.5 X1"), ElementsAre("ok"));
+    EXPECT_THAT(command("G10 L2 P6.5 X3"), ElementsAre("ok"));
+    const Lines parameters = command("$#");
+    EXPECT_THAT(parameters, Contains("[G54:0.000,0.000,0.000]"));
+    EXPECT_THAT(parameters, Contains("[G55:1.000,0.000,0.000]"));
+    EXPECT_THAT(parameters, Contains("[G59:3.000,0.000,0.000]"));
+}
+
+// MINIMUM_FEED_RATE: 1 mm/min, whatever the line and the setting say.
+TEST_P(EveryGrblTest, NothingMovesSlowerThanTheFirmwareCan) {
+    for (const std::string line : {"G0 Y0.1", "G1 Y0.1 F600", "$J=Y0.1 F600", "G38.3 Y0.1 F600"}) {
+        start();
+        EXPECT_THAT(command("$110=0"), ElementsAre("ok"));
+        send(line + "\n");
+        after(3.0);
+        EXPECT_NEAR(tool->position().y(), 0.05, 0.0015) << line;
+    }
+    start();
+    send("G1 Y0.1 F0.000001\n");
+    after(3.0);
+    EXPECT_NEAR(tool->position().y(), 0.05, 0.0015);
+}
+
+TEST_P(EveryGrblTest, AMaskBeyondAByteIsCutOff) {
+    start();
+    EXPECT_THAT(command("$10=99999999999999999999999999999999999999999999999999999999999999"), ElementsAre("ok"));
+    EXPECT_THAT(status(), StartsWith("<Idle|"));
+    EXPECT_THAT(command("$$"), Contains("$11=0.010")) << "a line of its own";
+    EXPECT_THAT(command("$10=257"), ElementsAre("ok"));
+    EXPECT_THAT(status(), StartsWith("<Idle|MPos:"));
+}
+
 TEST_P(EveryGrblTest, SystemCommandsWaitForIdle) {
     start();
     send("G1 Y40 F600\n");

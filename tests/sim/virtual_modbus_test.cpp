@@ -10,6 +10,7 @@
 #include <cmath>
 #include <filesystem>
 #include <memory>
+#include <stdexcept>
 
 #include "devices/modbus_bits.h"
 
@@ -233,6 +234,39 @@ TEST_F(VirtualController, AMoveThatMustNotBeIsAFault) {
     EXPECT_EQ(controller.tool().audit().moves, 0U);
 }
 
+// What any client may write: a number alone, over registers that are 0; and a command without a velocity.
+TEST_F(VirtualController, AMoveWithoutAVelocityOrAnAccelerationIsAFault) {
+    enable();
+    write(F::sequence, 1);
+    EXPECT_EQ(word(F::fault_code), cia402::kParameterFault);
+    EXPECT_EQ(word(F::sequence_echo), 1);
+    EXPECT_TRUE(has(F::status_word, cia402::kFault | cia402::kStanding));
+    std::uint16_t sequence = 1;
+    for (const F rate : {F::velocity, F::acceleration}) {
+        write(F::control_word, 0);
+        write(F::control_word, cia402::kFaultReset);
+        enable();
+        std::vector<std::uint16_t> words = command({9, 0, 0}, kClosing, 1, ++sequence);
+        put_value(words, span_of(kProfile, ModbusBlock::command).address, kProfile, rate, 0.0);
+        EXPECT_EQ(send(words), std::nullopt);
+        EXPECT_EQ(word(F::fault_code), cia402::kParameterFault);
+    }
+    EXPECT_EQ(controller.tool().audit().moves, 0U);
+}
+
+// A machine that is told in micrometres of 32 bits ends at 2147 m.
+TEST(VirtualControllerSetup, LimitsAndAStartThatNoRegisterHoldsAreRefused) {
+    const HiddenObject object{ShapeSpec{SphereSpec{5.0}}};
+    VirtualModbusOptions options = options_at({10, 0, 0});
+    options.tool.limits.max.z() = 3e6;
+    EXPECT_THROW(VirtualModbusController(object, options), std::invalid_argument);
+    options.tool.limits = kLimits;
+    options.tool.start.x() = -3e6;
+    EXPECT_THROW(VirtualModbusController(object, options), std::invalid_argument);
+    options.tool.start.x() = 10;
+    EXPECT_NO_THROW(VirtualModbusController(object, options));
+}
+
 TEST_F(VirtualController, AMissedTriggerGoesThroughAndTheAuditSeesIt) {
     enable();
     controller.inject(MachineFault::missed_trigger);
@@ -293,7 +327,20 @@ public:
         return modbus_read_registers(context_, address, 1, &value) == 1 ? std::optional(value) : std::nullopt;
     }
 
+    // Any frame: unit, function, data. The number of the exception that answers it, or 0.
+    int raw(const std::vector<std::uint8_t>& frame) {
+        std::array<std::uint8_t, MODBUS_TCP_MAX_ADU_LENGTH> answer{};
+        EXPECT_GT(modbus_send_raw_request(context_, frame.data(), static_cast<int>(frame.size())), 0);
+        errno = 0;
+        return modbus_receive_confirmation(context_, answer.data()) < 0 ? -1 : exception_in(answer);
+    }
+
 private:
+    [[nodiscard]] int exception_in(const std::array<std::uint8_t, MODBUS_TCP_MAX_ADU_LENGTH>& answer) const {
+        const auto at = static_cast<std::size_t>(modbus_get_header_length(context_));
+        return (answer[at] & 0x80U) != 0 ? answer[at + 1] : 0;
+    }
+
     modbus_t* context_;
 };
 
@@ -328,6 +375,24 @@ TEST(VirtualModbus, AnotherUnitIsAnsweredByNobodyAndAnIllegalAddressByAnExceptio
         RawMaster stranger(other);
         EXPECT_EQ(stranger.read(768), std::nullopt);
         EXPECT_EQ(errno, ETIMEDOUT);
+    }
+}
+
+TEST(VirtualModbus, FramesThatItDoesNotKnowAreAnsweredByExceptions) {
+    const HiddenObject object{ShapeSpec{SphereSpec{5.0}}};
+    for (const bool serial : {false, true}) {
+        std::variant<VirtualModbusTcp, VirtualModbusSerial> where = VirtualModbusTcp{};
+        if (serial) where = VirtualModbusSerial{};
+        VirtualModbus machine(object, options_at({10, 0, 0}), where);
+        RawMaster master(machine.link());
+        EXPECT_EQ(master.raw({1, 0x07}), 1) << "no data";
+        EXPECT_EQ(master.raw({1, 0x11}), 1) << "no data";
+        EXPECT_EQ(master.raw({1, 0x10, 0x01, 0x20, 0x00, 0x02, 0x02, 0x00, 0x05}), 3) << "two registers announced, one sent";
+        EXPECT_EQ(master.raw({1, 0x10, 0x01, 0x20, 0x00, 0x00, 0x00}), 3) << "none";
+        EXPECT_EQ(master.raw({1, 0x03, 0x02, 0x00, 0x00, 0x00}), 3) << "none";
+        EXPECT_EQ(master.raw({1, 0x03, 0x02, 0x00, 0x00, 0x7E}), 3) << "more than a frame carries";
+        EXPECT_EQ(master.raw({1, 0x10, 0x01, 0x20, 0x00, 0x01, 0x02, 0x00, 0x05}), 0);
+        EXPECT_EQ(master.read(529), 5) << "the heartbeat's echo";
     }
 }
 
