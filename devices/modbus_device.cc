@@ -195,8 +195,8 @@ MoveResult ModbusDevice::move(const Point& target, Pace pace) {
     } catch (const ProbeClosed&) {
         throw;
     } catch (const Stopped&) {
-        back_off(start);
-        throw;
+        go_back(start);
+        throw Stopped("stopped by the operator; the tool went back to " + point_text(position_) + " and rests there");
     } catch (const DeviceError& failure) {
         back_off_after(failure, start);
         throw;
@@ -273,6 +273,22 @@ void ModbusDevice::back_off(const Point& start) {
     const ModbusStatus status = motion_->stop();
     retract(status, start, status.actual);
     way_back_.reset();
+    state_ = State::idle;
+}
+
+// The whole way that a move had come.
+void ModbusDevice::go_back(const Point& start) {
+    back_off(start);
+    const ModbusStatus status = client_->status();
+    if (motion_->is_near(status.actual, start)) return;
+    state_ = State::stopping;
+    const ModbusStatus end = motion_->run(status, {start, options_.kinematics.feeds.probe_mm_per_s, ProbeEdge::closing}, {}).status;
+    position_ = end.actual - options_.origin;
+    if (end.is_probe_closed || !motion_->is_near(end.actual, start)) {
+        throw ProbeClosed("stopped by the operator; on the way back to " + point_text(start - options_.origin) +
+                          " the probe touched something, at " + point_text(position_) + ": look what is there before you go on");
+    }
+    position_ = start - options_.origin;
     state_ = State::idle;
 }
 

@@ -99,6 +99,7 @@ private:
     void check_contact(const ModbusStatus& status, const Point& start, const Point& target) const;
     void retract(const ModbusStatus& status, const Point& start, const Point& from);
     void back_off(const Point& start);
+    void go_back(const Point& start);
     void back_off_after(const DeviceError& failure, const Point& start);
     void halt_after_failure();
     void check_ready(const ModbusStatus& status);

@@ -50,6 +50,14 @@ public:
             machine_.retreat(rest);
             machine_.make_ready();
             go(rest);
+        } else if (machine_.is_position_trusted() && is_at_known_place(at, beside)) {
+            // An earlier resumption ended there. What it touched is on no way of the journal.
+            check_limits(at);
+            const Point from = known_place()->from;
+            machine_.retreat(from);
+            machine_.make_ready();
+            go(from);
+            go(trail_.way(from, rest));
         } else {
             machine_.make_ready();
             check_limits(guarded_.position());
@@ -62,6 +70,26 @@ public:
     void leave() { go(trail_.way(journal_.last_rest(), journal_.header.start)); }
 
 private:
+    // The last touch, which is made again: neither the part nor the origin may have moved.
+    struct KnownPlace {
+        std::uint64_t line = 0;  // of the journal
+        Point from = Point::Zero();
+        Point touched = Point::Zero();
+        Vector inwards = Vector::Zero();  // unit length
+    };
+    [[nodiscard]] std::optional<KnownPlace> known_place() const {
+        const auto last = journal_.last_contact();
+        if (!last) return std::nullopt;
+        const JournalMove& move = journal_.moves[*last];
+        const Point from = *last == 0 ? journal_.header.start : journal_.moves[*last - 1].rest;
+        return KnownPlace{move.line, from, move.result.position, (move.result.position - from).normalized()};
+    }
+    // Between where the touch begins and where the tool comes to rest after it.
+    [[nodiscard]] bool is_at_known_place(const Point& at, double beside) const {
+        const auto known = known_place();
+        return known && distance_to({known->from, known->touched + config_.kinematics.overtravel_mm * known->inwards}, at) <= beside;
+    }
+
     // The limits are a box: what leads from one place in it to another stays in it.
     void check_limits(const Point& at) const {
         if (config_.limits.contains(at, config_.kinematics.resolution_mm)) return;
@@ -83,6 +111,10 @@ private:
         if (const auto move = trail_.move_near(at, beside)) {
             go(move->source);
             go(trail_.way(move->source, journal_.last_rest()));
+        } else if (is_at_known_place(at, beside)) {
+            const Point from = known_place()->from;
+            go(from);
+            go(trail_.way(from, journal_.last_rest()));
         } else if (!workspace_.contains(at)) {
             const Point start = journal_.header.start;
             const Point out = workspace_.nearest_boundary(at);
@@ -98,14 +130,11 @@ private:
     }
 
     Confirmation confirm() {
-        const auto last = journal_.last_contact();
-        if (!last) return {};
-        const JournalMove& known = journal_.moves[*last];
-        const Point from = *last == 0 ? journal_.header.start : journal_.moves[*last - 1].rest;
-        const Point touched = known.result.position;
+        const auto known = known_place();
+        if (!known) return {};
+        const auto& [line, from, touched, inwards] = *known;
         const Point rest = journal_.last_rest();
         go(trail_.way(rest, from));
-        const Vector inwards = (touched - from).normalized();
         const double tolerance = config_.datum_tolerance_mm;
         // No deeper than would be too deep, nor than the limits allow.
         const double depth = std::min(2 * tolerance, room_within(config_.limits, touched, inwards));
@@ -113,7 +142,7 @@ private:
         const double offset = (again.position - touched).dot(inwards);
         if (again.outcome != Outcome::contact || std::abs(offset) > tolerance) {
             std::ostringstream message;
-            message << "the place that was touched at " << point_text(touched) << " (line " << known.line + 1 << " of the journal) "
+            message << "the place that was touched at " << point_text(touched) << " (line " << line + 1 << " of the journal) "
                     << (again.outcome == Outcome::contact ? "is now touched " : "is not touched any more, within ")
                     << (again.outcome == Outcome::contact ? std::abs(offset) : depth) << " mm off (tolerance " << tolerance
                     << ", machine.datum_tolerance): the part or the machine's origin has moved. Put it back, or begin a new session";
@@ -121,7 +150,7 @@ private:
         }
         go(from);
         go(trail_.way(from, rest));
-        return {known.line, offset};
+        return {line, offset};
     }
 
     Machine& machine_;

@@ -411,6 +411,27 @@ TEST_F(MachineSession, ASecondProcessIsRefusedOnThePortAndOnTheSession) {
     expect_safe(machine);
 }
 
+// On the ways back and on the known place, which it has touched again and is about to leave.
+TEST_F(MachineSession, KilledWhileItReturnsItIsResumedAgain) {
+    ASSERT_NO_FATAL_FAILURE(run_reference());
+    PortMachine machine(port());
+    Process process = start(probe("returning"));
+    while (machine.probes() < 60) std::this_thread::sleep_for(1ms);
+    process.send(SIGKILL);
+    (void)process.wait();
+    for (std::uint64_t moves = 1; moves <= 12; ++moves) {
+        const std::uint64_t before = machine.probes();
+        Process again = start(resume("returning"));
+        const auto patience = std::chrono::steady_clock::now() + 20s;
+        while (machine.probes() < before + moves && std::chrono::steady_clock::now() < patience) std::this_thread::sleep_for(100us);
+        again.send(SIGKILL);
+        EXPECT_EQ(again.wait(), 128 + SIGKILL) << read("out.txt");
+    }
+    EXPECT_EQ(run(resume("returning")), 0) << read("out.txt");
+    expect_same("returning");
+    expect_safe(machine);
+}
+
 TEST_F(MachineSession, APartThatMovedMeanwhileIsNoticedBeforeAnythingElse) {
     {
         PortMachine machine(port());
