@@ -411,25 +411,32 @@ TEST_F(MachineSession, ASecondProcessIsRefusedOnThePortAndOnTheSession) {
     expect_safe(machine);
 }
 
-// On the ways back and on the known place, which it has touched again and is about to leave.
-TEST_F(MachineSession, KilledWhileItReturnsItIsResumedAgain) {
+// On the ways back, and on the known place that it has just touched again.
+TEST_F(MachineSession, CutOffWhileItReturnsItIsResumedAgain) {
     ASSERT_NO_FATAL_FAILURE(run_reference());
-    PortMachine machine(port());
-    Process process = start(probe("returning"));
-    while (machine.probes() < 60) std::this_thread::sleep_for(1ms);
-    process.send(SIGKILL);
-    (void)process.wait();
-    for (std::uint64_t moves = 1; moves <= 12; ++moves) {
-        const std::uint64_t before = machine.probes();
-        Process again = start(resume("returning"));
-        const auto patience = std::chrono::steady_clock::now() + 20s;
-        while (machine.probes() < before + moves && std::chrono::steady_clock::now() < patience) std::this_thread::sleep_for(100us);
-        again.send(SIGKILL);
-        EXPECT_EQ(again.wait(), 128 + SIGKILL) << read("out.txt");
+    {
+        PortMachine machine(port());
+        Process process = start(probe("returning"));
+        while (machine.probes() < 60) std::this_thread::sleep_for(1ms);
+        process.send(SIGKILL);
+        (void)process.wait();
     }
-    EXPECT_EQ(run(resume("returning")), 0) << read("out.txt");
-    expect_same("returning");
-    expect_safe(machine);
+    const Point rest = read_journal(folder_ / "returning/journal.jsonl").last_rest();
+    for (int move = 1; move <= 8; ++move) {
+        SCOPED_TRACE(move);
+        const std::string name = "returning_" + std::to_string(move);
+        fs::copy(folder_ / "returning", folder_ / name, fs::copy_options::recursive);
+        VirtualToolOptions there = axes();
+        there.start = kOrigin + rest;
+        VirtualGrblOptions options;
+        options.faults = {{VirtualFault::Kind::hang_up, VirtualFault::When::probe, static_cast<double>(move)}};
+        PortMachine machine(port(), options, there);
+        EXPECT_EQ(run(resume(name)), 3) << read("out.txt");
+        machine.host().plug_in();
+        EXPECT_EQ(run(resume(name)), 0) << read("out.txt");
+        expect_same(name);
+        expect_safe(machine);
+    }
 }
 
 TEST_F(MachineSession, APartThatMovedMeanwhileIsNoticedBeforeAnythingElse) {
