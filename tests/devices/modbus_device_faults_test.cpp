@@ -63,7 +63,7 @@ void expect_halted(Machine& machine) {
 // Slow enough for something to be done in mid-move.
 class ModbusDeviceFaults : public testing::TestWithParam<Wire> {
 protected:
-    ~ModbusDeviceFaults() override { test::expect_safe(machine); }
+    void TearDown() override { test::expect_safe(machine); }
     [[nodiscard]] std::unique_ptr<ModbusDevice> impatient_device(const std::stop_token& stop = {}) {
         ModbusDeviceOptions options = machine.options();
         options.patience = kPatience;
