@@ -26,11 +26,6 @@ Point nearest_on(const Segment& way, const Point& p) {
 
 }  // namespace
 
-std::string UnexpectedContact::message(const Point& where, const std::string& during) {
-    return "touched something at (" + std::to_string(where.x()) + ", " + std::to_string(where.y()) + ", " + std::to_string(where.z()) +
-           ") during " + during + ", where space was proven free: the part moved, the probe triggered falsely, or a bound is false";
-}
-
 void DeviceOracle::travel(std::span<const Point> path) {
     for (const Point& target : path) {
         travel_to(target);

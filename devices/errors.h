@@ -18,6 +18,7 @@
 #include <string>
 
 #include "planner/geometry.h"
+#include "planner/number_text.h"
 
 namespace palpate {
 
@@ -31,13 +32,15 @@ class UnexpectedContact : public DeviceError {
 public:
     // `moves`: how many moves were made from the one that first touched it, that one included.
     UnexpectedContact(const Point& where, const std::string& during, std::size_t moves = 1)
-        : DeviceError(message(where, during)), where_(where), moves_(moves) {}
+        : DeviceError("touched something at " + point_text(where) + " during " + during +
+                      ", where space should be free: the part moved, the probe triggered falsely, or what was taken to be free is not"),
+          where_(where),
+          moves_(moves) {}
 
     [[nodiscard]] const Point& where() const { return where_; }
     [[nodiscard]] std::size_t moves() const { return moves_; }
 
 private:
-    static std::string message(const Point& where, const std::string& during);
     Point where_;
     std::size_t moves_;
 };

@@ -121,6 +121,8 @@ MachineReport report_on(GrblDevice& device) {
     reporter.add(kHomingDirections, "directions of homing", "", nothing_wrong);
     add_axes(reporter, device.options());
     report.settings = reporter.take();
+    const bool is_refused = device.options().homing == Homing::require && (place.state == "Alarm" || place.homed == false);
+    report.settings.push_back({"ready", is_refused ? "no" : "yes", is_refused ? "home it, or say machine.homing: run or skip" : ""});
     report.settings.push_back({"work offset (WCO)", point_text(controller.work_offset()), ""});
     report.settings.push_back({"probe",
                                place.probe_unplugged ? "unplugged"

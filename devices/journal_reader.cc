@@ -12,7 +12,7 @@ namespace {
 using Json = nlohmann::json;
 
 constexpr std::string_view kAdvice =
-    "; the file was changed after it was written: put back a copy of the session folder, or begin a new session";
+    "; the file was changed after it was written: put back a copy of the session folder, take away what was added, or begin a new session";
 
 // One line, whose keys are taken one after the other; what is left over is an error.
 class Line {

@@ -14,6 +14,7 @@
 
 #include "devices/errors.h"
 #include "devices/internal/modbus_lock.h"
+#include "devices/serial_port.h"
 
 namespace palpate {
 namespace {
@@ -68,7 +69,8 @@ void check_options(const ModbusLinkOptions& options) {
     if (!unit_is_known) refuse("unit " + std::to_string(options.unit) + "; allowed: 0 to 247, on TCP 255 too");
     if (tcp != nullptr && (tcp->port < 1 || tcp->port > 65535)) refuse("port " + std::to_string(tcp->port) + "; allowed: 1 to 65535");
     if (const auto* rtu = std::get_if<ModbusRtu>(&options.where)) {
-        if (rtu->baud < 1) refuse("baud " + std::to_string(rtu->baud) + "; allowed: what the adapter can do");
+        // libmodbus would take 9600 for one that it does not know.
+        if (!is_serial_speed(rtu->baud)) refuse("baud " + std::to_string(rtu->baud) + "; allowed: " + serial_speeds());
         if (rtu->parity != 'N' && rtu->parity != 'E' && rtu->parity != 'O') refuse("parity; allowed: N, E, O");
         if (rtu->stop_bits != 1 && rtu->stop_bits != 2) refuse("stop bits; allowed: 1, 2");
     }

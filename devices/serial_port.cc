@@ -7,6 +7,7 @@
 #include <termios.h>
 #include <unistd.h>
 
+#include <algorithm>
 #include <array>
 #include <cerrno>
 #include <system_error>
@@ -28,15 +29,27 @@ struct Speed {
     int baud;
     speed_t code;
 };
-constexpr std::array<Speed, 9> kSpeeds = {{{9600, B9600},
-                                           {19200, B19200},
-                                           {38400, B38400},
-                                           {57600, B57600},
-                                           {115200, B115200},
-                                           {230400, B230400},
-                                           {460800, B460800},
-                                           {921600, B921600},
-                                           {1000000, B1000000}}};
+// Those that libmodbus knows, too.
+constexpr std::array<Speed, 15> kSpeeds = {{{1200, B1200},
+                                            {2400, B2400},
+                                            {4800, B4800},
+                                            {9600, B9600},
+                                            {19200, B19200},
+                                            {38400, B38400},
+                                            {57600, B57600},
+                                            {115200, B115200},
+                                            {230400, B230400},
+                                            {460800, B460800},
+                                            {500000, B500000},
+                                            {576000, B576000},
+                                            {921600, B921600},
+                                            {1000000, B1000000},
+                                            {1500000, B1500000}}};
+
+const Speed* find_speed(int baud) {
+    const auto* const found = std::ranges::find(kSpeeds, baud, &Speed::baud);
+    return found == kSpeeds.end() ? nullptr : found;
+}
 
 std::string reason(int error) { return std::generic_category().message(error); }
 
@@ -55,6 +68,14 @@ std::string advice(int error) {
 }
 
 }  // namespace
+
+bool is_serial_speed(int baud) { return find_speed(baud) != nullptr; }
+
+std::string serial_speeds() {
+    std::string text;
+    for (const Speed& speed : kSpeeds) text += (text.empty() ? "" : ", ") + std::to_string(speed.baud);
+    return text;
+}
 
 SerialPort::SerialPort(const SerialPortOptions& options) : path_(options.path) {
     file_ = ::open(path_.c_str(), O_RDWR | O_NOCTTY | O_NONBLOCK | O_CLOEXEC);
@@ -91,14 +112,9 @@ void SerialPort::configure(const SerialPortOptions& options) const {
     }
     settings.c_cc[VMIN] = 0;
     settings.c_cc[VTIME] = 0;
-    const Speed* speed = nullptr;
-    for (const Speed& known : kSpeeds) {
-        if (known.baud == options.baud) speed = &known;
-    }
+    const Speed* const speed = find_speed(options.baud);
     if (speed == nullptr) {
-        std::string known;
-        for (const Speed& s : kSpeeds) known += (known.empty() ? "" : ", ") + std::to_string(s.baud);
-        throw DeviceError(path_ + ": " + std::to_string(options.baud) + " baud is no speed of serial ports; allowed: " + known);
+        throw DeviceError(path_ + ": " + std::to_string(options.baud) + " baud is no speed of serial ports; allowed: " + serial_speeds());
     }
     if (::cfsetspeed(&settings, speed->code) != 0 || ::tcsetattr(file_, TCSANOW, &settings) != 0) {
         throw DeviceError(path_ + ": does not take " + std::to_string(options.baud) + " baud: " + reason(errno));

@@ -15,6 +15,10 @@ struct SerialPortOptions {
     bool reset = false;
 };
 
+// The speeds that ports are opened with: "9600, 19200, …", for messages.
+[[nodiscard]] bool is_serial_speed(int baud);
+[[nodiscard]] std::string serial_speeds();
+
 class SerialPort final : public ByteStream {
 public:
     // Throws DeviceError, which names the port and what to do: it is not there, may not be used, is in use, is no serial port, or

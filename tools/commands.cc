@@ -8,6 +8,7 @@
 #include <sstream>
 
 #include "config/config_error.h"
+#include "config/modbus_profile_reader.h"
 #include "config/reader.h"
 #include "config/strategy_names.h"
 #include "config/writer.h"
@@ -73,6 +74,9 @@ ExitCode check_machine(const CheckCommand& command, const SessionConfig& config,
         << "epsilon        " << config.probing.epsilon << " mm; touches are taken to be exact to " << config.probing.touch_error << " mm\n"
         << "stopping       " << stopping_distance(k, k.feeds.travel_mm_per_s) << " mm from travel, "
         << stopping_distance(k, k.feeds.probe_mm_per_s) << " mm from a touch; the probe gives way by " << k.overtravel_mm << " mm\n";
+    if (config.object) (void)HiddenObject(*config.object);
+    const auto* modbus = std::get_if<ModbusSpec>(&config.machine->connection);
+    if (modbus != nullptr && !modbus->profile.empty()) (void)read_modbus_profile(modbus->profile);
     if (command.offline) {
         out << "the configuration is good; the machine was not asked\n";
         return ExitCode::done;

@@ -39,7 +39,8 @@ struct ProbeCommand {
 };
 struct ResumeCommand {
     std::filesystem::path folder;
-    bool replay = false;  // from the journal alone, without a machine
+    std::vector<std::string> overrides;  // how the machine is reached now
+    bool replay = false;                 // from the journal alone, without a machine
     bool yes = false;
     char up = 'z';
 };

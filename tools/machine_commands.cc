@@ -2,7 +2,10 @@
 #include <spdlog/spdlog.h>
 #include <unistd.h>
 
+#include <algorithm>
+#include <array>
 #include <iostream>
+#include <string_view>
 
 #include "config/reader.h"
 #include "config/writer.h"
@@ -56,6 +59,18 @@ ExitCode run_session(const fs::path& folder, const SessionConfig& config, char u
     }
 }
 
+// What the planner asks must not change; where the port is today may.
+void check_overrides(const ResumeCommand& command) {
+    constexpr std::array<std::string_view, 3> kAllowed = {"machine.grbl.", "machine.modbus.", "machine.homing="};
+    if (command.replay && !command.overrides.empty()) throw SetupError("--set: a replay has no machine that it could be for");
+    for (const std::string& word : command.overrides) {
+        if (std::ranges::any_of(kAllowed, [&](std::string_view allowed) { return word.starts_with(allowed); })) continue;
+        throw SetupError("--set " + word +
+                         ": a session goes on as it began; allowed: machine.homing, and what is below machine.grbl or "
+                         "machine.modbus");
+    }
+}
+
 Point point_of(const std::vector<double>& coordinates, const char* option) {
     if (coordinates.size() != 3) throw SetupError(std::string(option) + ": needs three numbers, x,y,z in mm");
     return {coordinates[0], coordinates[1], coordinates[2]};
@@ -80,10 +95,12 @@ ExitCode run(const ProbeCommand& command, std::ostream& out) {
 
 ExitCode run(const ResumeCommand& command, std::ostream& out) {
     const StopSignals signals;
-    if (!fs::exists(command.folder / kJournalFile)) {
-        throw SetupError(command.folder.string() + ": holds no journal.jsonl; only what `palpate probe` began can be resumed");
+    if (!fs::is_regular_file(command.folder / kJournalFile)) {
+        throw SetupError(command.folder.string() +
+                         ": holds no journal.jsonl that is a file; only what `palpate probe` began can be resumed");
     }
-    const SessionConfig config = read_config(command.folder / kConfigFile, {});
+    check_overrides(command);
+    const SessionConfig config = read_config(command.folder / kConfigFile, command.overrides);
     return run_session(command.folder, config, command.up, host_for(command.yes, signals), out,
                        command.replay ? replay_session : resume_session);
 }
@@ -95,6 +112,7 @@ ExitCode run(const TouchCommand& command, std::ostream& out) {
     const MachineConfig& machine_config = *config.machine;
     const Point from = point_of(command.from, "--from");
     const Point to = point_of(command.to, "--to");
+    if (from == to) throw SetupError("--from and --to are the same place: there is no way to touch along");
     for (const Point& p : {from, to}) {
         const Box& limits = machine_config.limits;
         if (limits.contains(p)) continue;

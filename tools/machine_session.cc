@@ -5,6 +5,7 @@
 #include "devices/device_oracle.h"
 #include "devices/errors.h"
 #include "devices/journaling_device.h"
+#include "planner/errors.h"
 #include "planner/number_text.h"
 #include "tools/machine.h"
 #include "tools/return_to_work.h"
@@ -51,14 +52,19 @@ MachineRun plan_on(JournalingDevice& journal, const SessionConfig& config, const
 }
 
 // The tool does not stay in the part: the next session has to begin outside.
-MachineRun finish(MachineRun run, JournalWriter& writer, GuardedMachine& guarded, const SessionConfig& config, const Workspace& workspace,
-                  const SessionHost& host) {
-    writer.append(JournalEnd{run.planner_seconds, run.oracle_seconds});
+void leave(JournalWriter& writer, GuardedMachine& guarded, const SessionConfig& config, const Workspace& workspace,
+           const SessionHost& host) {
     try {
         leave_work(guarded, writer.read(), workspace, *config.machine);
     } catch (const DeviceError& error) {
-        host.say(std::string("the session is finished, but the tool could not be brought out of the workspace: ") + error.what());
+        host.say(std::string("the session is over, but the tool could not be brought out of the workspace: ") + error.what());
     }
+}
+
+MachineRun finish(MachineRun run, JournalWriter& writer, GuardedMachine& guarded, const SessionConfig& config, const Workspace& workspace,
+                  const SessionHost& host) {
+    writer.append(JournalEnd{run.planner_seconds, run.oracle_seconds});
+    leave(writer, guarded, config, workspace, host);
     return run;
 }
 
@@ -108,7 +114,12 @@ MachineRun start_session(const SessionConfig& config, const std::filesystem::pat
     check_start(workspace, config.machine->limits, header.start);
     JournalWriter writer = JournalWriter::create(folder / kJournalFile, header);
     JournalingDevice journal(Journal{header}, &writer, [&](const Point&) -> ProbeDevice& { return guarded.device(); });
-    return finish(plan_on(journal, config, workspace, host), writer, guarded, config, workspace, host);
+    try {
+        return finish(plan_on(journal, config, workspace, host), writer, guarded, config, workspace, host);
+    } catch (const SeedError&) {
+        leave(writer, guarded, config, workspace, host);
+        throw;
+    }
 }
 
 MachineRun replay_session(const SessionConfig& config, const std::filesystem::path& folder, const SessionHost& host) {
@@ -152,6 +163,9 @@ MachineRun resume_session(const SessionConfig& config, const std::filesystem::pa
             run.resumptions = resumptions;
             if (!guarded) return finish_without_machine(std::move(run), writer);
             return finish(std::move(run), writer, *guarded, config, workspace, host);
+        } catch (const SeedError&) {
+            if (guarded) leave(writer, *guarded, config, workspace, host);
+            throw;
         } catch (const UnexpectedContact& contact) {
             // The session had halted at a touch where space was free. The machine is asked again, once.
             if (journal.is_live() || again) throw;

@@ -83,8 +83,12 @@ int main(int argc, char** argv) {
     resume_app->add_option("DIR", resume.folder, "Session folder")->required();
     resume_app->add_flag("--replay", resume.replay, "Make the files of a finished session again, from its journal, without a machine");
     add_yes(resume_app, resume.yes);
+    add_overrides(resume_app, resume.overrides);
     add_up(resume_app, up);
-    resume_app->footer("Example: palpate resume my_part\n         palpate resume --replay my_part");
+    resume_app->footer(
+        "Example: palpate resume my_part\n         palpate resume my_part --set machine.grbl.port=/dev/ttyUSB1\n         palpate resume "
+        "--replay my_part\n"
+        "Only how the machine is reached and homed may be overridden: a session goes on as it began.");
 
     TouchCommand touch;
     CLI::App* const touch_app = app.add_subcommand("touch", "One guarded touch: go to a place, probe towards another, come back");

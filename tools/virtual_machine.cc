@@ -2,6 +2,7 @@
 #include <spdlog/spdlog.h>
 
 #include <charconv>
+#include <memory>
 #include <nlohmann/json.hpp>
 #include <ostream>
 
@@ -62,7 +63,12 @@ void wait(const StopSignals& signals) {
 }
 
 int port_of(const std::string& where) {
-    const std::string digits = where.substr(where.rfind(':') + 1);
+    const std::size_t colon = where.rfind(':');
+    const std::string host = colon == std::string::npos ? "" : where.substr(0, colon);
+    if (host != "127.0.0.1" && host != "localhost") {
+        throw SetupError("--modbus: " + where + ": a virtual machine is for this computer alone; allowed: 127.0.0.1:PORT");
+    }
+    const std::string digits = where.substr(colon + 1);
     int port = 0;
     const auto [end, error] = std::from_chars(digits.data(), digits.data() + digits.size(), port);
     if (error != std::errc{} || end != digits.data() + digits.size() || port < 0 || port > 65535) {
@@ -92,14 +98,28 @@ void run_grbl(const VmCommand& command, const HiddenObject& object, const Virtua
     report(command, tool.audit(), out);
 }
 
-void run_modbus(const VmCommand& command, const HiddenObject& object, const VirtualToolOptions& axes, const StopSignals& signals,
+std::unique_ptr<VirtualModbus> start_modbus(const HiddenObject& object, const VirtualModbusOptions& options,
+                                            const std::variant<VirtualModbusTcp, VirtualModbusSerial>& where, int unit) {
+    try {
+        return std::make_unique<VirtualModbus>(object, options, where, unit);
+    } catch (const std::system_error& error) {
+        throw SetupError(std::string(error.what()) + ": give another port, or end what uses it");
+    }
+}
+
+void run_modbus(const VmCommand& command, const HiddenObject& object, const VirtualToolOptions& axes, int unit, const StopSignals& signals,
                 std::ostream& out) {
+    if (command.spurious > 0 || command.bounce > 0 || command.dialect != "grbl") {
+        throw SetupError("--spurious, --bounce and --dialect are of the virtual GRBL controller: leave them out, or give --grbl");
+    }
     VirtualModbusOptions options;
     options.tool = axes;
+    options.homed = !command.locked;
     options.speedup = command.fast ? kSpeedup : 1.0;
     std::variant<VirtualModbusTcp, VirtualModbusSerial> where = VirtualModbusSerial{command.modbus_rtu};
     if (!command.modbus.empty()) where = VirtualModbusTcp{port_of(command.modbus)};
-    VirtualModbus modbus(object, options, where);
+    const std::unique_ptr<VirtualModbus> machine = start_modbus(object, options, where, unit);
+    VirtualModbus& modbus = *machine;
     const ModbusLinkOptions link = modbus.link();
     out << "virtual Modbus controller, unit " << link.unit << ", ";
     if (const auto* tcp = std::get_if<ModbusTcp>(&link.where)) out << "on " << tcp->host << ':' << tcp->port;
@@ -117,9 +137,17 @@ ExitCode run(const VmCommand& command, std::ostream& out) {
     if (!config.machine) throw SetupError("machine: missing; a virtual machine needs to know how it moves");
     const int kinds = (command.grbl.empty() ? 0 : 1) + (command.modbus.empty() ? 0 : 1) + (command.modbus_rtu.empty() ? 0 : 1);
     if (kinds != 1) throw SetupError("give one of --grbl LINK, --modbus HOST:PORT, --modbus-rtu LINK");
+    const auto is_share = [](double x) { return x >= 0 && x <= 1; };
+    if (!is_share(command.spurious) || !is_share(command.bounce)) throw SetupError("--spurious, --bounce: allowed: from 0 to 1");
+    if (!command.audit.empty()) write_file(command.audit, "");  // what cannot be written is found out now
     const Scene scene = build_scene(config);
     const VirtualToolOptions axes = tool_options(config, scene.workspace);
-    command.grbl.empty() ? run_modbus(command, scene.object, axes, signals, out) : run_grbl(command, scene.object, axes, signals, out);
+    if (command.grbl.empty()) {
+        const auto* modbus = std::get_if<ModbusSpec>(&config.machine->connection);
+        run_modbus(command, scene.object, axes, modbus != nullptr ? modbus->link.unit : 1, signals, out);
+    } else {
+        run_grbl(command, scene.object, axes, signals, out);
+    }
     return ExitCode::done;
 }
 

@@ -14,12 +14,14 @@ constexpr std::array<char, 3> kParities{'N', 'E', 'O'};
 constexpr Bounds kFeedBounds{0.02};
 // Less of a retract than that is lost in rounding.
 constexpr double kLeastRetract = 5.0;  // resolutions
-// s: a request is waited for that long anyway (ModbusLinkOptions::answer_timeout).
-constexpr Bounds kAnswerBounds{0.5};
 constexpr int kMaxPort = 65535;
 constexpr int kMaxUnit = 247;
 constexpr int kMaxBaud = 4'000'000;
 constexpr int kMaxTouches = 100;
+
+void require_speed(Section& section, int baud) {
+    section.require(is_serial_speed(baud), "baud", std::to_string(baud) + " is no speed of serial ports; allowed: " + serial_speeds());
+}
 
 GrblSpec read_grbl(Section& section) {
     GrblSpec grbl;
@@ -29,6 +31,7 @@ GrblSpec read_grbl(Section& section) {
     grbl.port.reset = section.flag(
         {"reset_on_open", "whether the board is reset when the port is opened, which frees its motors; false spares it where the port can"},
         grbl.port.reset);
+    require_speed(section, grbl.port.baud);
     return grbl;
 }
 
@@ -46,11 +49,13 @@ ModbusSpec read_modbus(Section& section, const std::filesystem::path& folder) {
         rtu.baud = inner.whole_number({"baud", "its speed"}, 1, kMaxBaud, rtu.baud);
         rtu.parity = kParities.at(inner.word({"parity", "its parity"}, kParityWords, 1));
         rtu.stop_bits = inner.whole_number({"stop_bits", "stop bits"}, 1, 2, rtu.stop_bits);
+        require_speed(inner, rtu.baud);
         modbus.link.where = rtu;
     });
     modbus.link.unit = section.whole_number({"unit", "the controller's unit id, 1 to 247"}, 1, kMaxUnit, modbus.link.unit);
     modbus.link.slowest_answer = Seconds(section.number({"slowest_answer", "what an answer may take at most", Need::optional, "s"},
-                                                        kAnswerBounds, modbus.link.slowest_answer.count()));
+                                                        kPositive, modbus.link.slowest_answer.count()));
+    modbus.link.answer_timeout = modbus.link.slowest_answer;  // each is waited for as long as one may take
     const std::string profile = section.text(
         {"profile", "file with the register map, relative to the config file; see devices/README.md", Need::optional, "", "ours"});
     if (!profile.empty()) modbus.profile = (folder / profile).lexically_normal();

@@ -44,6 +44,8 @@ TEST_F(MachineReader, FillsInDefaults) {
     const auto modbus = std::get<ModbusSpec>(read(kModbus + kRest).machine->connection);
     EXPECT_EQ(std::get<ModbusTcp>(modbus.link.where).port, 502);
     EXPECT_EQ(modbus.link.unit, 1);
+    const auto slow = std::get<ModbusSpec>(read("machine: {modbus: {tcp: {host: mill}, slowest_answer: 3}, " + kRest).machine->connection);
+    EXPECT_EQ(slow.link.answer_timeout, Seconds(3)) << "an answer is waited for as long as one may take";
 }
 
 // What the planner has to know of the machine goes with the task.
@@ -69,6 +71,10 @@ TEST_F(MachineReader, RefusesWhatCannotBe) {
         complaint(kGrbl + "feeds: {travel: 60}, " + kRest),
         "machine.overtravel: is too small: at 60 mm/s the machine needs 9.12 mm to stop, but the probe gives way by 2 mm; allowed: more "
         "than that, or lower machine.feeds");
+    EXPECT_EQ(complaint("machine: {grbl: {port: x, baud: 250001}, " + kRest),
+              "machine.grbl.baud: 250001 is no speed of serial ports; allowed: " + serial_speeds());
+    EXPECT_EQ(complaint("machine: {modbus: {rtu: {path: x, baud: 250000}}, " + kRest),
+              "machine.modbus.rtu.baud: 250000 is no speed of serial ports; allowed: " + serial_speeds());
     EXPECT_EQ(complaint(kGrbl + "retract: 0.004, " + kRest),
               "machine.retract: is lost in the machine's rounding; allowed: at least 5 x machine.resolution");
     for (const char* word : {"run", "skip"}) {

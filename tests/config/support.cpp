@@ -3,6 +3,7 @@
 #include <unistd.h>
 
 #include <algorithm>
+#include <array>
 #include <bit>
 #include <cmath>
 #include <cstdlib>
@@ -93,21 +94,24 @@ WorkspaceSpec random_workspace(Random& random) {
     }
 }
 
+int any_speed(Random& random) {
+    constexpr std::array<int, 5> kSpeeds = {1200, 19200, 115200, 921600, 1500000};
+    return kSpeeds[random() % kSpeeds.size()];
+}
+
 MachineConfig random_machine(Random& random) {
     MachineConfig machine;
     if (flip(random)) {
-        machine.connection =
-            GrblSpec{{"/dev/tty \"odd\" #" + std::to_string(random() % 100), static_cast<int>(1 + random() % 1'000'000), flip(random)}};
+        machine.connection = GrblSpec{{"/dev/tty \"odd\" #" + std::to_string(random() % 100), any_speed(random), flip(random)}};
     } else {
         ModbusSpec modbus;
         if (flip(random)) {
             modbus.link.where = ModbusTcp{"host-" + std::to_string(random() % 100), static_cast<int>(1 + random() % 65535)};
         } else {
-            modbus.link.where = ModbusRtu{"/dev/ttyS1", static_cast<int>(1 + random() % 1'000'000), "NEO"[random() % 3],
-                                          static_cast<int>(1 + random() % 2)};
+            modbus.link.where = ModbusRtu{"/dev/ttyS1", any_speed(random), "NEO"[random() % 3], static_cast<int>(1 + random() % 2)};
         }
         modbus.link.unit = static_cast<int>(1 + random() % 247);
-        modbus.link.slowest_answer = Seconds(0.5 + positive(random));
+        modbus.link.answer_timeout = modbus.link.slowest_answer = Seconds(positive(random));
         if (flip(random)) modbus.profile = "/no such folder/profile.yaml";
         machine.connection = modbus;
     }

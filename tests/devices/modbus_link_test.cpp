@@ -199,6 +199,7 @@ TEST(ModbusLink, OptionsOutOfRangeAreRefused) {
     refused([](ModbusLinkOptions& o) { o.unit = 248; }, "unit 248");
     refused([](ModbusLinkOptions& o) { o.unit = 255; }, "unit 255");
     refused([](ModbusLinkOptions& o) { o.where = ModbusRtu{"x", 0}; }, "baud");
+    refused([](ModbusLinkOptions& o) { o.where = ModbusRtu{"x", 250000}; }, "baud 250000");
     refused([](ModbusLinkOptions& o) { o.where = ModbusRtu{"x", 9600, 'X'}; }, "parity");
     refused([](ModbusLinkOptions& o) { o.where = ModbusRtu{"x", 9600, 'N', 3}; }, "stop bits");
     refused([](ModbusLinkOptions& o) { o.where = ModbusTcp{"x", 65536}; }, "port");

@@ -369,6 +369,70 @@ TEST_F(MachineSession, AToleranceThatReachesBeyondTheLimitsIsNoReasonNotToResume
     expect_safe(machine);
 }
 
+TEST_F(MachineSession, AMachineThatHasAnotherPortNowIsResumed) {
+    ASSERT_NO_FATAL_FAILURE(run_reference());
+    Point rest;
+    {
+        PortMachine machine(port());
+        Process process = start(probe("renamed"));
+        while (machine.probes() < 60) std::this_thread::sleep_for(1ms);
+        process.send(SIGINT);
+        EXPECT_EQ(process.wait(), 3);
+        rest = read_journal(folder_ / "renamed/journal.jsonl").last_rest();
+    }
+    VirtualToolOptions there = axes();
+    there.start = kOrigin + rest;
+    PortMachine machine(folder_ / "other_tty", {}, there);
+    EXPECT_EQ(run(resume("renamed")), 3);
+    auto words = resume("renamed");
+    words.insert(words.end(), {"--set", "probing.epsilon=1"});
+    EXPECT_EQ(run(words), 2);
+    EXPECT_THAT(read("out.txt"), HasSubstr("a session goes on as it began"));
+    words.back() = "machine.grbl.port=" + (folder_ / "other_tty").string();
+    EXPECT_EQ(run(words), 0) << read("out.txt");
+    expect_same("renamed");
+    expect_safe(machine);
+}
+
+// ... in which no session can begin.
+TEST_F(MachineSession, ASessionThatFindsNoSeedsLeavesNoToolInTheWorkspace) {
+    PortMachine machine(port());
+    auto words = probe("coarse");
+    words.insert(words.end(), {"--set", "probing.epsilon=20", "--set", "probing.reach=null"});
+    EXPECT_EQ(run(words), 2) << read("out.txt");
+    EXPECT_EQ(run(probe("fine")), 0) << read("out.txt");
+    expect_safe(machine);
+}
+
+TEST_F(MachineSession, CheckSaysWhatASessionWouldRefuse) {
+    VirtualGrblOptions options;
+    options.locked = true;
+    PortMachine machine(port(), options);
+    EXPECT_EQ(run({"check", "part.yaml"}), 0) << "it will be homed: " << read("out.txt");
+    EXPECT_EQ(run({"check", "part.yaml", "--set", "machine.homing=require"}), 2);
+    EXPECT_THAT(read("out.txt"), HasSubstr("ready: no  <- home it"));
+    EXPECT_EQ(run({"check", "part.yaml", "--offline", "--set", "object.mesh=missing.off"}), 2);
+    EXPECT_EQ(machine.audit().moves, 0U);
+}
+
+TEST_F(MachineSession, AVirtualMachineRefusesWhatItCannotBe) {
+    const auto vm = [&](std::vector<std::string> words) {
+        words.insert(words.begin(), {"vm", "part.yaml", "--set", "object.shape.sphere.radius=5"});
+        EXPECT_EQ(run(words), 2);
+        return read("out.txt");
+    };
+    EXPECT_THAT(vm({"--modbus", "0.0.0.0:5020"}), HasSubstr("allowed: 127.0.0.1:PORT"));
+    EXPECT_THAT(vm({"--modbus", "127.0.0.1:0", "--bounce", "0.5"}), HasSubstr("of the virtual GRBL controller"));
+    EXPECT_THAT(vm({"--grbl", "link", "--spurious", "nan"}), HasSubstr("from 0 to 1"));
+    EXPECT_THAT(vm({"--grbl", "link", "--audit", "missing/audit.json"}), HasSubstr("missing/audit.json"));
+    const HiddenObject object(ShapeSpec{SphereSpec{kRadius}});
+    VirtualModbusOptions options;
+    options.tool = axes();
+    VirtualModbus first(object, options, VirtualModbusTcp{});
+    const std::string port = std::to_string(std::get<ModbusTcp>(first.link().where).port);
+    EXPECT_THAT(vm({"--modbus", "127.0.0.1:" + port}), HasSubstr("give another port"));
+}
+
 TEST_F(MachineSession, AFullDiskEndsResumable) {
     ASSERT_NO_FATAL_FAILURE(run_reference());
     PortMachine machine(port());
@@ -452,7 +516,7 @@ TEST_F(MachineSession, APartThatMovedMeanwhileIsNoticedBeforeAnythingElse) {
     elsewhere.origin += Vector(0.25, 0.25, 0.25);
     PortMachine machine(port(), {}, elsewhere);
     EXPECT_EQ(run(resume("moved")), 3);
-    EXPECT_THAT(read("out.txt"), ::testing::AnyOf(HasSubstr("has moved"), HasSubstr("where space was proven free")));
+    EXPECT_THAT(read("out.txt"), ::testing::AnyOf(HasSubstr("has moved"), HasSubstr("where space should be free")));
     EXPECT_EQ(read_journal(folder_ / "moved/journal.jsonl").moves.size(), before) << "nothing false was recorded";
     expect_safe(machine);
 }

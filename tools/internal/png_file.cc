@@ -2,7 +2,7 @@
 
 #include <png.h>
 
-#include <stdexcept>
+#include "tools/session_files.h"
 
 namespace palpate {
 
@@ -13,7 +13,7 @@ void write_png(const std::filesystem::path& png, const Picture& picture) {
     image.width = static_cast<png_uint_32>(picture.width_px);
     image.height = static_cast<png_uint_32>(picture.height_px);
     if (png_image_write_to_file(&image, png.c_str(), 0, picture.rgb.data(), 0, nullptr) == 0) {
-        throw std::runtime_error("cannot write the picture " + png.string() + ": " + image.message);
+        throw OutputError(png.string() + ": cannot be written: " + image.message + "; is the disk full, or the folder read-only?");
     }
 }
 
