@@ -34,7 +34,7 @@ struct Picture {
 // of their ranges.
 [[nodiscard]] Picture draw_picture(const TriangleMesh& mesh, std::span<const Point> touches, const PictureOptions& options = {});
 
-// The same, into a PNG file, which is replaced. Also throws std::runtime_error when it cannot be written.
+// The same, into a PNG file, which is replaced. Also throws OutputError when it cannot be written.
 void write_picture(const std::filesystem::path& png, const TriangleMesh& mesh, std::span<const Point> touches,
                    const PictureOptions& options = {});
 

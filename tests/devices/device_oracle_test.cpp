@@ -65,7 +65,7 @@ TEST(DeviceOracle, ContactDuringTravelThrowsWithThePlaceAndGoesNoFarther) {
     } catch (const UnexpectedContact& contact) {
         EXPECT_EQ(contact.where(), Point(2, 2, 0));
         const std::string message = contact.what();
-        EXPECT_NE(message.find("(2.000000, 2.000000, 0.000000)"), std::string::npos) << message;
+        EXPECT_NE(message.find("(2, 2, 0) mm"), std::string::npos) << message;
         EXPECT_NE(message.find("travel"), std::string::npos) << message;
     }
     EXPECT_EQ(device.moves.size(), 2U);

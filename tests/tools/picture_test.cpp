@@ -14,6 +14,8 @@
 #include <string>
 #include <vector>
 
+#include "tools/session_files.h"
+
 namespace palpate {
 namespace {
 
@@ -249,10 +251,10 @@ TEST_F(PictureFile, ThatCannotBeWrittenIsAnError) {
     try {
         write_picture(file, cube(), {}, plain({1.0, 1.0, 1.0}));
         ADD_FAILURE() << "wrote " << file;
-    } catch (const std::runtime_error& error) {
-        EXPECT_EQ(std::string(error.what()).rfind("cannot write the picture " + file.string() + ": ", 0), 0U) << error.what();
+    } catch (const OutputError& error) {
+        EXPECT_EQ(std::string(error.what()).rfind(file.string() + ": cannot be written: ", 0), 0U) << error.what();
     }
-    EXPECT_THROW(write_picture(folder_, cube(), {}, plain({1.0, 1.0, 1.0})), std::runtime_error);
+    EXPECT_THROW(write_picture(folder_, cube(), {}, plain({1.0, 1.0, 1.0})), OutputError);
 }
 
 TEST(PictureErrors, SayWhatIsWrong) {

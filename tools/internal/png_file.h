@@ -7,7 +7,7 @@
 
 namespace palpate {
 
-// Replaces the file. Throws std::runtime_error when it cannot be written.
+// Replaces the file. Throws OutputError when it cannot be written.
 void write_png(const std::filesystem::path& png, const Picture& picture);
 
 }  // namespace palpate
