@@ -293,8 +293,12 @@ Place Controller::wait_for_standstill(std::chrono::nanoseconds longest, const st
         const Place place = this->place();
         if (!is_moving(place)) return place;
         if (stop.stop_requested()) {
-            state_ = State::probing;
-            this->stop();
+            if (place.state == "Home") {
+                reset();  // homing cannot be held
+            } else {
+                state_ = State::probing;
+                this->stop();
+            }
             state_ = State::lost;
             throw Stopped("the machine on " + link_.name() + " was carrying out an earlier command, and was stopped");
         }

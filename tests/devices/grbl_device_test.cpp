@@ -71,6 +71,17 @@ TEST_P(GrblDeviceTest, AMotionOfAnEarlierHostIsStoppedWithTheWaiting) {
     EXPECT_THAT(status(), StartsWith("<Idle|")) << "it knows where it is";
 }
 
+TEST_P(GrblDeviceTest, AHomingCycleOfAnEarlierHostIsEndedWithTheWaiting) {
+    power_on();
+    grbl->receive("$H\n");
+    stream->before_read = [this] {
+        if (seconds() >= 0.5) stop.request_stop();
+    };
+    EXPECT_THROW(connect(), Stopped);
+    EXPECT_LT(seconds(), 5.0);
+    EXPECT_FALSE(tool->is_moving());
+}
+
 // "locked": require refuses
 TEST_P(GrblDeviceTest, ALockedMachineIsRefusedWhereHomingIsRequired) {
     options.locked = true;
