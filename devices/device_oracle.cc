@@ -6,6 +6,7 @@
 #include <numbers>
 
 #include "devices/errors.h"
+#include "devices/trail.h"
 
 namespace palpate {
 namespace {
@@ -16,13 +17,6 @@ using Outcome = MoveResult::Outcome;
 constexpr int kDirections = 6;
 // ... first by this part of what is allowed, then by all of it.
 constexpr double kFirstOffset = 0.4;
-
-Point nearest_on(const Segment& way, const Point& p) {
-    const Vector along = way.target - way.source;
-    const double squared = along.squaredNorm();
-    if (squared == 0) return way.source;
-    return way.source + std::clamp((p - way.source).dot(along) / squared, 0.0, 1.0) * along;
-}
 
 }  // namespace
 

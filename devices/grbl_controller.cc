@@ -26,7 +26,6 @@ constexpr int kReportsWithOffset = 40;
 // Of a machine at rest, until two agree.
 constexpr int kReadings = 5;
 constexpr double kMillimetresPerInch = 25.4;
-constexpr int kReportInches = 13;
 // Of coordinates that are reported.
 constexpr std::size_t kDecimalsOfMillimetres = 3;
 constexpr std::size_t kDecimalsOfInches = 4;
@@ -79,7 +78,7 @@ std::optional<double> Identity::number(int setting) const {
     return value;
 }
 
-double Controller::unit_mm() const { return identity_.number(kReportInches).value_or(0) == 1 ? kMillimetresPerInch : 1.0; }
+double Controller::unit_mm() const { return identity_.number(setting::kReportInches).value_or(0) == 1 ? kMillimetresPerInch : 1.0; }
 
 // --- messages --------------------------------------------------------------------------------------------------------
 
@@ -123,9 +122,7 @@ const Point& Controller::work_offset() {
 
 std::optional<Place> Controller::note(const Status& status) {
     const double unit = unit_mm();
-    if (status.offset) {
-        note_offset(unit * *status.offset);
-    }
+    if (status.offset) note_offset(unit * *status.offset);
     if (status.homed) homed_ = status.homed;
     Place place{status.state, status.substate, Point::Zero(), status.probe_closed, status.probe_unplugged, homed_};
     if (status.machine) {

@@ -21,6 +21,21 @@ namespace palpate::grbl {
 enum class State { connecting, locked, idle, probing, hold, alarm, lost };
 [[nodiscard]] const char* to_string(State state);
 
+// Numbers of the `$` settings that matter here.
+namespace setting {
+inline constexpr int kInvertProbe = 6;
+inline constexpr int kReportMask = 10;
+inline constexpr int kReportInches = 13;
+inline constexpr int kSoftLimits = 20;
+inline constexpr int kHardLimits = 21;
+inline constexpr int kHomingCycle = 22;
+inline constexpr int kHomingDirections = 23;
+inline constexpr int kStepsPerMm = 100;    // of x; y and z follow, likewise below
+inline constexpr int kMaxRate = 110;       // mm/min
+inline constexpr int kAcceleration = 120;  // mm/s²
+inline constexpr int kMaxTravel = 130;     // mm
+}  // namespace setting
+
 // What the machine says of itself.
 struct Identity {
     std::string version;                  // "1.1h.20190825:" as $I has it, or the banner's

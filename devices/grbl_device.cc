@@ -45,7 +45,6 @@ constexpr double kHalfDiagonal = 0.8661;
 // mm: the last digit of positions that are reported in millimetres, and in inches.
 constexpr double kLastDigit = 0.001;
 constexpr double kLastInchDigit = 0.0001;
-constexpr std::array<int, 3> kStepsPerMm = {100, 101, 102};
 constexpr double kSecondsPerMinute = 60.0;
 
 // "G21G90G94G38.3N9999999X1.000Y2.000Z3.000F300": every line says its modes itself, so that no older command's can matter. The feed comes
@@ -97,8 +96,8 @@ void GrblDevice::make_ready() {
 
 // DEVICES, "the floor of safety": what the stopping distance was computed with has to be true.
 void GrblDevice::check_acceleration() {
-    constexpr std::array<int, 3> kAccelerations = {120, 121, 122};
-    for (const int setting : kAccelerations) {
+    for (int axis = 0; axis < 3; ++axis) {
+        const int setting = grbl::setting::kAcceleration + axis;
         const auto admitted = controller_.identity().number(setting);
         if (!admitted || *admitted >= options_.kinematics.acceleration_mm_per_s2) continue;
         throw DeviceError("the machine on " + controller_.link().name() + " accelerates an axis with " + number_text(*admitted) +
@@ -110,8 +109,8 @@ void GrblDevice::check_acceleration() {
 
 double GrblDevice::step() const {
     double step = options_.kinematics.resolution_mm;
-    for (const int setting : kStepsPerMm) {
-        const auto steps = controller_.identity().number(setting);
+    for (int axis = 0; axis < 3; ++axis) {
+        const auto steps = controller_.identity().number(grbl::setting::kStepsPerMm + axis);
         if (steps && *steps > 0) step = std::max(step, 1 / *steps);
     }
     return step;

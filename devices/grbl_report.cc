@@ -9,17 +9,8 @@
 namespace palpate {
 namespace {
 
-constexpr int kReportMask = 10;
-constexpr int kReportInches = 13;
-constexpr int kInvertProbe = 6;
-constexpr int kSoftLimits = 20;
-constexpr int kHardLimits = 21;
-constexpr int kHomingCycle = 22;
-constexpr int kHomingDirections = 23;
-constexpr int kStepsPerMm = 100;    // and 101, 102, by axis; likewise the others
-constexpr int kMaxRate = 110;       // mm/min
-constexpr int kAcceleration = 120;  // mm/s²
-constexpr int kMaxTravel = 130;     // mm
+using namespace grbl::setting;
+
 constexpr double kSecondsPerMinute = 60.0;
 constexpr std::array<const char*, 3> kAxes = {"x", "y", "z"};
 

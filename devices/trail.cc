@@ -16,12 +16,14 @@ std::array<double, 3> key(const Point& p) { return {p.x(), p.y(), p.z()}; }
 
 }  // namespace
 
-double distance_to(const Segment& segment, const Point& p) {
+Point nearest_on(const Segment& segment, const Point& p) {
     const Vector way = segment.target - segment.source;
     const double squared = way.squaredNorm();
     const double share = squared > 0 ? std::clamp((p - segment.source).dot(way) / squared, 0.0, 1.0) : 0.0;
-    return (p - segment.source - share * way).norm();
+    return segment.source + share * way;
 }
+
+double distance_to(const Segment& segment, const Point& p) { return (p - nearest_on(segment, p)).norm(); }
 
 Trail::Trail(const Journal& journal) {
     std::map<std::array<double, 3>, std::size_t> known;

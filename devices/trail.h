@@ -32,7 +32,8 @@ private:
     std::vector<std::vector<Link>> links_;  // by place
 };
 
-// mm: from `p` to the nearest point of a segment.
+[[nodiscard]] Point nearest_on(const Segment& segment, const Point& p);
+// mm: from `p` to that point.
 [[nodiscard]] double distance_to(const Segment& segment, const Point& p);
 
 }  // namespace palpate

@@ -38,26 +38,19 @@ public:
           journal_(journal),
           workspace_(workspace),
           config_(config),
+          known_(known_place(journal)),
           trail_(journal) {}
 
     Confirmation run(const Point& next_target) {
-        const Point rest = journal_.last_rest();
         const Point at = machine_.report().position;  // as it is now: the operator may have moved it by hand
         const double beside = std::max(kBesideWay, 2 * DeviceOracle::kGraze * config_.touch_error());
-        if (machine_.is_position_trusted() && distance_to({rest, next_target}, at) <= beside) {
+        const std::optional<Point> origin = machine_.is_position_trusted() ? origin_of(at, next_target, beside) : std::nullopt;
+        if (origin) {
             // The machine ended by itself what was under way, perhaps on the surface.
             check_limits(at);
-            machine_.retreat(rest);
+            machine_.retreat(*origin);
             machine_.make_ready();
-            go(rest);
-        } else if (machine_.is_position_trusted() && is_at_known_place(at, beside)) {
-            // An earlier resumption ended there. What it touched is on no way of the journal.
-            check_limits(at);
-            const Point from = known_place()->from;
-            machine_.retreat(from);
-            machine_.make_ready();
-            go(from);
-            go(trail_.way(from, rest));
+            go_on_from(*origin);
         } else {
             machine_.make_ready();
             check_limits(guarded_.position());
@@ -77,17 +70,24 @@ private:
         Point touched = Point::Zero();
         Vector inwards = Vector::Zero();  // unit length
     };
-    [[nodiscard]] std::optional<KnownPlace> known_place() const {
-        const auto last = journal_.last_contact();
+    [[nodiscard]] static std::optional<KnownPlace> known_place(const Journal& journal) {
+        const auto last = journal.last_contact();
         if (!last) return std::nullopt;
-        const JournalMove& move = journal_.moves[*last];
-        const Point from = *last == 0 ? journal_.header.start : journal_.moves[*last - 1].rest;
+        const JournalMove& move = journal.moves[*last];
+        const Point from = *last == 0 ? journal.header.start : journal.moves[*last - 1].rest;
         return KnownPlace{move.line, from, move.result.position, (move.result.position - from).normalized()};
     }
-    // Between where the touch begins and where the tool comes to rest after it.
+    // Between where the touch begins and where the tool comes to rest after it: an earlier resumption ended there. That is on no way of the
+    // journal.
     [[nodiscard]] bool is_at_known_place(const Point& at, double beside) const {
-        const auto known = known_place();
-        return known && distance_to({known->from, known->touched + config_.kinematics.overtravel_mm * known->inwards}, at) <= beside;
+        return known_ && distance_to({known_->from, known_->touched + config_.kinematics.overtravel_mm * known_->inwards}, at) <= beside;
+    }
+    // Where the move began that a tool at `at` was on, of those that may have ended without us.
+    [[nodiscard]] std::optional<Point> origin_of(const Point& at, const Point& next_target, double beside) const {
+        const Point rest = journal_.last_rest();
+        if (distance_to({rest, next_target}, at) <= beside) return rest;
+        if (is_at_known_place(at, beside)) return known_->from;
+        return std::nullopt;
     }
 
     // The limits are a box: what leads from one place in it to another stays in it.
@@ -106,23 +106,25 @@ private:
         for (const Point& p : way) go(p);
     }
 
+    // To where the session ended, from a place that it has rested at.
+    void go_on_from(const Point& place) {
+        go(place);
+        go(trail_.way(place, journal_.last_rest()));
+    }
+
     // From where the tool is to where the session ended.
     void enter(const Point& at, double beside) {
         if (const auto move = trail_.move_near(at, beside)) {
-            go(move->source);
-            go(trail_.way(move->source, journal_.last_rest()));
+            go_on_from(move->source);
         } else if (is_at_known_place(at, beside)) {
-            const Point from = known_place()->from;
-            go(from);
-            go(trail_.way(from, journal_.last_rest()));
+            go_on_from(known_->from);
         } else if (!workspace_.contains(at)) {
             const Point start = journal_.header.start;
             const Point out = workspace_.nearest_boundary(at);
             const Point in = workspace_.nearest_boundary(start);
             go(out);
             go(workspace_.outer_path(out, in));
-            go(start);
-            go(trail_.way(start, journal_.last_rest()));
+            go_on_from(start);
         } else {
             throw PositionLost("the tool is at " + point_text(at) +
                                ", inside the workspace and not on a way that this session has gone: move it outside by hand, then resume");
@@ -130,9 +132,8 @@ private:
     }
 
     Confirmation confirm() {
-        const auto known = known_place();
-        if (!known) return {};
-        const auto& [line, from, touched, inwards] = *known;
+        if (!known_) return {};
+        const auto& [line, from, touched, inwards] = *known_;
         const Point rest = journal_.last_rest();
         go(trail_.way(rest, from));
         const double tolerance = config_.datum_tolerance_mm;
@@ -158,6 +159,7 @@ private:
     const Journal& journal_;
     const Workspace& workspace_;
     const MachineConfig& config_;
+    const std::optional<KnownPlace> known_;
     const Trail trail_;
 };
 

@@ -17,9 +17,8 @@ struct Confirmation {
     double offset_mm = 0.0;                     // along the probe's way, between then and now
 };
 
-// `next_target` is where the next move goes: an interrupted session may have left the
-// tool on the way there. Throws DeviceError if the tool is where no way back is known, if something is in the way, or if the known
-// place has moved by more than the tolerance.
+// `next_target` is where the next move goes: an interrupted session may have left the tool on the way there. Throws DeviceError if the
+// tool is where no way back is known, if something is in the way, or if the known place has moved by more than the tolerance.
 [[nodiscard]] Confirmation return_to_work(GuardedMachine& guarded, const Journal& journal, const Workspace& workspace,
                                           const MachineConfig& config, const Point& next_target);
 
