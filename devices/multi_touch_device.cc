@@ -6,6 +6,7 @@
 
 #include "devices/errors.h"
 #include "devices/internal/touch_samples.h"
+#include "devices/internal/way.h"
 
 namespace palpate {
 namespace {
@@ -27,19 +28,6 @@ void append(std::vector<DeviceEvent>& events, const std::vector<DeviceEvent>& mo
 }
 
 }  // namespace
-
-// The straight line that a move was asked to take.
-struct MultiTouchDevice::Way {
-    Way(const Point& from, const Point& to) : start(from), target(to), length((to - from).norm()), direction((to - from) / length) {}
-
-    [[nodiscard]] Point at(double place) const { return place >= length ? target : Point(start + place * direction); }
-    [[nodiscard]] double place_of(const Point& p) const { return std::clamp((p - start).dot(direction), 0.0, length); }
-
-    Point start;
-    Point target;
-    double length;  // mm, > 0
-    Vector direction;
-};
 
 struct MultiTouchDevice::Verdict {
     enum class Kind { touched, scattered, nothing };

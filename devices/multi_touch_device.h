@@ -8,6 +8,8 @@
 
 namespace palpate {
 
+struct Way;
+
 struct MultiTouchOptions {
     int samples = 1;              // >= 1: slow touches whose median counts; 1: the first touch counts, if a slow one agrees
     double tolerance_mm = 0.025;  // > 0: touches agree if they lie within it (Klipper's limit)
@@ -46,7 +48,6 @@ public:
     static constexpr double kOverreach = 0.2;
 
 private:
-    struct Way;
     struct Verdict;
     struct Touched;
     using Events = std::vector<DeviceEvent>;

@@ -1,0 +1,27 @@
+// The straight way that a move was told to take. What a machine reports only ever selects a point of it (DEVICES section 4).
+#pragma once
+
+#include <algorithm>
+
+#include "planner/geometry.h"
+
+namespace palpate {
+
+// Places are mm from the start. REQUIRES: start and target differ.
+struct Way {
+    Way(const Point& from, const Point& to) : start(from), target(to), length((to - from).norm()), direction((to - from) / length) {}
+
+    // The point at that place; the target itself at the end and beyond.
+    [[nodiscard]] Point at(double place) const { return place >= length ? target : Point(start + place * direction); }
+    // Of the point of the way that is nearest to `p`.
+    [[nodiscard]] double place_of(const Point& p) const { return std::clamp((p - start).dot(direction), 0.0, length); }
+    // mm: how far `p` is from the way.
+    [[nodiscard]] double distance_to(const Point& p) const { return (p - at(place_of(p))).norm(); }
+
+    Point start;
+    Point target;
+    double length;  // mm, > 0
+    Vector direction;
+};
+
+}  // namespace palpate
