@@ -2,6 +2,7 @@
 #pragma once
 
 #include <filesystem>
+#include <optional>
 #include <string>
 #include <variant>
 
@@ -23,6 +24,13 @@ struct ModbusSpec {
     std::filesystem::path profile;  // empty: ours
 };
 
+// What shows that the probe works, before anything relies on it.
+enum class ProbeProof {
+    automatic,    // by hand if somebody was asked whether the machine may move, else the first touch
+    hand,         // it is pressed by hand, and seen to close and to open
+    first_touch,  // until the first contact every move is as slow as a probe
+};
+
 struct MachineConfig {
     std::variant<GrblSpec, ModbusSpec> connection;
     Homing homing = Homing::require;
@@ -31,10 +39,13 @@ struct MachineConfig {
     Kinematics kinematics;
     double noise_mm = 0.0;  // touches may be off by that besides the resolution
     MultiTouchOptions touch;
-    double datum_tolerance_mm = 0.05;  // a known place may be off by that when a session is resumed
+    std::optional<double> datum_tolerance_mm;  // a known place may be off by that when a session is resumed
+    ProbeProof probe_proof = ProbeProof::automatic;
 
     // mm: Options::touch_error. Positions are rounded both ways.
     [[nodiscard]] double touch_error() const { return 2 * kinematics.resolution_mm + noise_mm; }
+    // mm: both touches of a known place may be off.
+    [[nodiscard]] double datum_tolerance() const { return datum_tolerance_mm.value_or(2 * touch_error()); }
 };
 
 }  // namespace palpate

@@ -151,7 +151,9 @@ void add_machine(Lines& lines, const MachineConfig& machine) {
     lines.push_back("  touch: {samples: " + std::to_string(touch.samples) + ", tolerance: " + number_text(touch.tolerance_mm) +
                     ", retries: " + std::to_string(touch.retries) + ", discard_first: " + flag_text(touch.discard_first) +
                     ", confirm: " + flag_text(touch.confirm) + ", confirm_travel: " + flag_text(touch.confirm_travel) + "}");
-    lines.push_back("  datum_tolerance: " + number_text(machine.datum_tolerance_mm));
+    lines.push_back("  datum_tolerance: " + or_null(machine.datum_tolerance_mm));
+    const bool by_hand = machine.probe_proof == ProbeProof::hand;
+    lines.push_back(std::string("  probe_proof: ") + (by_hand ? "hand" : machine.probe_proof == ProbeProof::first_touch ? "first_touch" : "auto"));
 }
 
 std::string workspace_text(const WorkspaceSpec& workspace) {

@@ -17,12 +17,14 @@ using Outcome = MoveResult::Outcome;
 constexpr int kDirections = 6;
 // ... first by this part of what is allowed, then by all of it.
 constexpr double kFirstOffset = 0.4;
+// Triggers on one way where twice nothing was when looked at again, before that is something.
+constexpr int kMaxFalseTriggers = 8;
 
 }  // namespace
 
-void DeviceOracle::travel(std::span<const Point> path) {
+void DeviceOracle::travel(std::span<const Point> path, Ground ground) {
     for (const Point& target : path) {
-        travel_to(target);
+        travel_to(target, ground == Ground::proven ? Pace::travel : Pace::probe);
         position_ = target;
     }
 }
@@ -32,14 +34,15 @@ MoveResult DeviceOracle::move(const Point& target, Pace pace) {
     return device_.guarded_move(target, pace);
 }
 
-void DeviceOracle::travel_to(const Point& target) {
+void DeviceOracle::travel_to(const Point& target, Pace pace) {
     moves_ = 0;
-    const MoveResult result = move(target, Pace::travel);
+    MoveResult result = move(target, pace);
+    for (int again = 0; result.outcome == Outcome::vanished && again < kMaxFalseTriggers; ++again) result = move(target, pace);
     if (result.outcome == Outcome::reached) return;
     const Point& touched = result.position;
     if (touch_error_ > 0) {
         const bool is_there = (touched - target).norm() <= kGraze * touch_error_;
-        if (is_there ? stop_short(touched, target) : pass_beside(touched, target)) {
+        if (is_there ? stop_short(touched, target, pace) : pass_beside(touched, target, pace)) {
             ++grazes_;
             return;
         }
@@ -48,14 +51,14 @@ void DeviceOracle::travel_to(const Point& target) {
     throw UnexpectedContact(touched, "travel", moves_);
 }
 
-bool DeviceOracle::stop_short(const Point& touched, const Point& target) {
+bool DeviceOracle::stop_short(const Point& touched, const Point& target, Pace pace) {
     const Vector back = device_.position() - target;
     const Point before = touched + kGraze * touch_error_ * back.normalized();
     if (back.norm() <= (before - target).norm()) return true;  // the device rests nearer already
-    return move(before, Pace::travel).outcome == Outcome::reached;
+    return move(before, pace).outcome == Outcome::reached;
 }
 
-bool DeviceOracle::pass_beside(const Point& touched, const Point& target) {
+bool DeviceOracle::pass_beside(const Point& touched, const Point& target, Pace pace) {
     const Vector way = (target - touched).normalized();
     const Vector x = way.unitOrthogonal();
     const Vector y = way.cross(x);
@@ -64,7 +67,7 @@ bool DeviceOracle::pass_beside(const Point& touched, const Point& target) {
             const double angle = 2 * std::numbers::pi * k / kDirections;
             const Point beside = touched + share * kGraze * touch_error_ * (std::cos(angle) * x + std::sin(angle) * y);
             if (move(beside, Pace::probe).outcome != Outcome::reached) continue;
-            if (move(target, Pace::travel).outcome == Outcome::reached) return true;
+            if (move(target, pace).outcome == Outcome::reached) return true;
         }
     }
     return false;
@@ -76,11 +79,12 @@ ProbeAnswer DeviceOracle::probe(const Point& target) {
         position_ = target;
         return {ProbeAnswer::Outcome::clear, target};
     }
-    if (result.outcome == Outcome::failed) {
-        // Back on the way that the tool came.
+    if (result.outcome == Outcome::failed || result.outcome == Outcome::vanished) {
+        // Back on the way that the tool came. What vanished may have been S, and the probe be dead: slowly then.
+        const bool has_failed = result.outcome == Outcome::failed;
         const std::array<Point, 1> start{position_};
-        travel(start);
-        return {ProbeAnswer::Outcome::failed, position_};
+        travel(start, has_failed ? Ground::proven : Ground::unconfirmed);
+        return {has_failed ? ProbeAnswer::Outcome::failed : ProbeAnswer::Outcome::vanished, position_};
     }
     position_ = touch_error_ == 0 ? result.position : nearest_on({position_, target}, result.position);
     return {ProbeAnswer::Outcome::contact, position_};

@@ -2,6 +2,8 @@
 #pragma once
 
 #include <cstdint>
+#include <functional>
+#include <utility>
 
 #include "devices/probe_device.h"
 #include "planner/surface_oracle.h"
@@ -18,14 +20,16 @@ namespace palpate {
 class DeviceOracle final : public SurfaceOracle {
 public:
     // `device` must outlive the oracle. `touch_error` (mm): touches may lie beside S by that; 0 for a device that is exact.
-    explicit DeviceOracle(ProbeDevice& device, double touch_error = 0.0)
-        : device_(device), touch_error_(touch_error), position_(device.position()) {}
+    // `proof`: has the probe pressed by hand, and says whether that was seen; empty: nobody can be asked.
+    explicit DeviceOracle(ProbeDevice& device, double touch_error = 0.0, std::function<bool()> proof = {})
+        : device_(device), touch_error_(touch_error), proof_(std::move(proof)), position_(device.position()) {}
 
     [[nodiscard]] Point position() const override { return position_; }
     // Throws UnexpectedContact if S is in the way, and DeviceError on a fault.
-    void travel(std::span<const Point> path) override;
+    void travel(std::span<const Point> path, Ground ground) override;
     // Throws DeviceError on a fault.
     [[nodiscard]] ProbeAnswer probe(const Point& target) override;
+    [[nodiscard]] bool prove_alive() override { return proof_ && proof_(); }
 
     // Touches on travel that were passed so.
     [[nodiscard]] std::uint64_t grazes() const { return grazes_; }
@@ -35,14 +39,15 @@ public:
 
 private:
     MoveResult move(const Point& target, Pace pace);
-    void travel_to(const Point& target);
+    void travel_to(const Point& target, Pace pace);
     // To a place just before `touched`, which is `target` as far as touches can tell. False if S is there, too.
-    [[nodiscard]] bool stop_short(const Point& touched, const Point& target);
+    [[nodiscard]] bool stop_short(const Point& touched, const Point& target, Pace pace);
     // Past `touched`, which is on the straight way to `target`: beside it. False if S is there, too.
-    [[nodiscard]] bool pass_beside(const Point& touched, const Point& target);
+    [[nodiscard]] bool pass_beside(const Point& touched, const Point& target, Pace pace);
 
     ProbeDevice& device_;
     const double touch_error_;
+    const std::function<bool()> proof_;
     Point position_;  // where the planner has the tool
     std::uint64_t grazes_ = 0;
     std::size_t moves_ = 0;  // since travel to a place began

@@ -1,10 +1,12 @@
 // journal.jsonl: what a session's device answered, in order, each line durable before the planner acts on it.
 //
 //   Every line is a JSON object; "n" counts lines from 0, and "crc" is the CRC-32 of all of the line before it, in 8 hexadecimal digits.
-//   {"n":0,"palpate":"journal","schema":1,"config":"<CRC-32 of config.yaml>","start":[x,y,z],"machine":"Grbl 1.1h on /dev/ttyUSB0",…}
+//   {"n":0,"palpate":"journal","schema":2,"config":"<CRC-32 of config.yaml>","start":[x,y,z],"machine":"Grbl 1.1h on /dev/ttyUSB0",…}
 //   {"n":1,"move":[x,y,z],"pace":"probe","outcome":"contact","at":[x,y,z],"rest":[x,y,z],"events":[{"kind":"spurious_trigger","at":[x,y,z]}],…}
-//   {"n":2,"resumed":{"contact":1,"offset":0.001},…}       taken up again; the contact of line 1 was touched 0.001 mm off its place
-//   {"n":3,"withdrawn":1,…}                                lines 1 to 2 do not count: a touch on travel that the session halted at
+//   {"n":2,"resumed":{"contacts":[1],"offsets":[0.001],"directions":1},…}   taken up again; the contact of line 1 was touched 0.001 mm off
+//                                                          its place, and shifts in one direction would have shown
+//   {"n":3,"withdrawn":1,…}                                lines 1 to 2 do not count: a touch on travel that the session halted at, or what
+//                                                          came after the last contact of a session that was interrupted
 //   {"n":4,"end":{"planner":0.8,"oracle":120.5},…}         seconds; nothing follows
 // Positions are mm, in as many digits as read back to the same bits; "rest" is where the tool rests after the move.
 //
@@ -53,6 +55,15 @@ struct JournalMove {
     friend bool operator==(const JournalMove&, const JournalMove&) = default;
 };
 
+// The known places that a resumed session touched again.
+struct JournalResumption {
+    std::vector<std::uint64_t> contacts{};  // their lines
+    std::vector<double> offsets_mm{};       // along S's normals, between then and now
+    int directions = 0;                     // independent ones in which a shift would have shown, 0 to 3
+
+    friend bool operator==(const JournalResumption&, const JournalResumption&) = default;
+};
+
 struct JournalEnd {
     double planner_seconds = 0.0;
     double oracle_seconds = 0.0;
@@ -63,7 +74,7 @@ struct JournalEnd {
 struct Journal {
     JournalHeader header;
     std::vector<JournalMove> moves{};  // those that count
-    std::uint64_t resumptions = 0;
+    std::vector<JournalResumption> resumptions{};
     std::optional<JournalEnd> end{};
     std::uint64_t lines = 0;          // whole ones
     std::uint64_t bytes = 0;          // of them
@@ -71,8 +82,11 @@ struct Journal {
 
     // Where the tool rests after all of it.
     [[nodiscard]] const Point& last_rest() const { return moves.empty() ? header.start : moves.back().rest; }
-    // The last contact that a probe found; nothing if there is none.
-    [[nodiscard]] std::optional<std::size_t> last_contact() const;
+    // So many moves come up to and with the last that something was touched in: nothing but a touch shows that the probe works, and what was
+    // found free since then is in doubt once a session was interrupted.
+    [[nodiscard]] std::size_t confirmed_moves() const;
+    // Where the tool rests after these.
+    [[nodiscard]] const Point& confirmed_rest() const;
 };
 
 // CRC-32 in 8 hexadecimal digits.
@@ -103,7 +117,7 @@ public:
     // nothing more is written. An answer with a number that is not finite throws BadAnswer, and nothing is written. Returns the number of
     // the line.
     std::uint64_t append(const JournalMove& move);
-    void append_resumed(std::optional<std::uint64_t> contact_line, double offset_mm);
+    void append(const JournalResumption& resumption);
     void append_withdrawn(std::uint64_t first_line);
     void append(const JournalEnd& end);
 

@@ -82,7 +82,9 @@ private:
 
 JournalHeader read_header(Line& line) {
     if (!line.has("palpate")) line.fail("is no header of a journal");
-    if (line.take("palpate") != Json("journal") || line.take("schema") != Json(1)) line.fail("is a journal of another version of Palpate");
+    if (line.take("palpate") != Json("journal") || line.take("schema") != Json(2)) {
+        line.fail("is a journal of another version of Palpate, which alone can take it up: begin a new session, or use that version");
+    }
     JournalHeader header;
     header.config = line.take_text("config");
     header.start = line.take_place("start");
@@ -107,17 +109,34 @@ JournalMove read_move(Line& line) {
     return move;
 }
 
+JournalResumption read_resumption(Line& line) {
+    const Json resumed = line.take("resumed");
+    JournalResumption resumption;
+    if (!resumed.is_object() || resumed.size() != 3) line.fail("\"resumed\" is none");
+    for (const char* list : {"contacts", "offsets"}) {
+        if (!resumed.contains(list) || !resumed[list].is_array()) line.fail("\"resumed\" has no list of " + std::string(list));
+    }
+    for (const Json& contact : resumed["contacts"]) {
+        if (!contact.is_number_unsigned()) line.fail("a contact is no line number");
+        resumption.contacts.push_back(contact.get<std::uint64_t>());
+    }
+    for (const Json& offset : resumed["offsets"]) {
+        if (!offset.is_number()) line.fail("an offset is no number");
+        resumption.offsets_mm.push_back(offset.get<double>());
+    }
+    if (resumption.contacts.size() != resumption.offsets_mm.size()) line.fail("has not one offset for every contact");
+    if (!resumed.contains("directions") || !resumed["directions"].is_number_unsigned() || resumed["directions"] > 3) line.fail("\"directions\" is no number");
+    resumption.directions = resumed["directions"].get<int>();
+    return resumption;
+}
+
 void read_line(Line& line, std::uint64_t number, Journal& journal) {
     if (journal.end) line.fail("follows the end of the session");
     if (line.has("move")) {
         journal.moves.push_back(read_move(line));
         journal.moves.back().line = number;
     } else if (line.has("resumed")) {
-        Json resumed = line.take("resumed");
-        if (!resumed.is_object() || resumed.size() != 2 || !resumed.contains("contact")) line.fail("\"resumed\" is none");
-        if (!resumed["contact"].is_null() && !resumed["contact"].is_number_unsigned()) line.fail("\"contact\" is no line number");
-        (void)line.take_number(resumed, "offset");
-        ++journal.resumptions;
+        journal.resumptions.push_back(read_resumption(line));
     } else if (line.has("withdrawn")) {
         const std::uint64_t first = line.take_line("withdrawn");
         if (first == 0 || first >= number) line.fail("withdraws lines that are not there");
@@ -133,11 +152,16 @@ void read_line(Line& line, std::uint64_t number, Journal& journal) {
 
 }  // namespace
 
-std::optional<std::size_t> Journal::last_contact() const {
-    for (std::size_t k = moves.size(); k-- > 0;) {
-        if (moves[k].pace == Pace::probe && moves[k].result.outcome == MoveResult::Outcome::contact) return k;
-    }
-    return std::nullopt;
+std::size_t Journal::confirmed_moves() const {
+    using Outcome = MoveResult::Outcome;
+    std::size_t count = moves.size();
+    while (count > 0 && (moves[count - 1].result.outcome == Outcome::reached || moves[count - 1].result.outcome == Outcome::vanished)) --count;
+    return count;
+}
+
+const Point& Journal::confirmed_rest() const {
+    const std::size_t count = confirmed_moves();
+    return count == 0 ? header.start : moves[count - 1].rest;
 }
 
 Journal parse_journal(const std::string& text, const std::string& name) {

@@ -86,7 +86,7 @@ JournalWriter JournalWriter::create(const fs::path& file, const JournalHeader& h
         throw JournalError(file.string() + ": holds a session already; choose another folder, or resume it");
     }
     try {
-        writer.append_line(R"("palpate":"journal","schema":1,"config":)" + quoted(header.config) + R"(,"start":)" + place(header.start) +
+        writer.append_line(R"("palpate":"journal","schema":2,"config":)" + quoted(header.config) + R"(,"start":)" + place(header.start) +
                            R"(,"machine":)" + quoted(header.machine));
     } catch (...) {
         fs::remove(file, error);  // nothing began
@@ -121,9 +121,13 @@ std::uint64_t JournalWriter::append(const JournalMove& move) {
     return lines_ - 1;
 }
 
-void JournalWriter::append_resumed(std::optional<std::uint64_t> contact_line, double offset_mm) {
-    append_line(R"("resumed":{"contact":)" + (contact_line ? std::to_string(*contact_line) : "null") + R"(,"offset":)" + number(offset_mm) +
-                '}');
+void JournalWriter::append(const JournalResumption& resumption) {
+    std::string contacts;
+    std::string offsets;
+    for (const std::uint64_t line : resumption.contacts) contacts += (contacts.empty() ? "" : ",") + std::to_string(line);
+    for (const double offset : resumption.offsets_mm) offsets += (offsets.empty() ? "" : ",") + number(offset);
+    append_line(R"("resumed":{"contacts":[)" + contacts + R"(],"offsets":[)" + offsets + R"(],"directions":)" +
+                std::to_string(resumption.directions) + '}');
 }
 
 void JournalWriter::append_withdrawn(std::uint64_t first_line) { append_line(R"("withdrawn":)" + std::to_string(first_line)); }

@@ -34,6 +34,8 @@ public:
     [[nodiscard]] const Journal& record() const { return record_; }
     // Whether the record was used up and a device asked for, even if that failed.
     [[nodiscard]] bool is_live() const { return went_live_; }
+    // Whether the next answer is not in the record any more.
+    [[nodiscard]] bool is_used_up() const { return next_ == record_.moves.size(); }
     // So many last answers do not count: a resumed session asks again. REQUIRES: writer, not live, `count` answers were replayed.
     void withdraw(std::size_t count);
 

@@ -4,6 +4,20 @@
 
 namespace palpate {
 
+std::uint64_t& MoveCount::of(MoveResult::Outcome outcome) {
+    switch (outcome) {
+        case MoveResult::Outcome::reached:
+            return reached;
+        case MoveResult::Outcome::contact:
+            return contact;
+        case MoveResult::Outcome::failed:
+            return failed;
+        case MoveResult::Outcome::vanished:
+            break;
+    }
+    return vanished;
+}
+
 MoveResult MeteredDevice::guarded_move(const Point& target, Pace pace) {
     const Point start = device_.position();
     MoveResult result;
@@ -20,8 +34,7 @@ MoveResult MeteredDevice::guarded_move(const Point& target, Pace pace) {
 void MeteredDevice::add(const Point& start, const MoveResult& result, const Point& rest, Pace pace) {
     using Outcome = MoveResult::Outcome;
     const bool is_touch = result.outcome != Outcome::reached;
-    MoveCount& count = meter_.of(pace);
-    ++(result.outcome == Outcome::reached ? count.reached : result.outcome == Outcome::contact ? count.contact : count.failed);
+    ++meter_.of(pace).of(result.outcome);
     for (const DeviceEvent& event : result.events) ++meter_.events.at(static_cast<std::size_t>(event.kind));
 
     const double feed = kinematics_.feeds.of(pace);

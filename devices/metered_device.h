@@ -14,8 +14,10 @@ struct MoveCount {
     std::uint64_t reached = 0;
     std::uint64_t contact = 0;
     std::uint64_t failed = 0;
+    std::uint64_t vanished = 0;
 
-    [[nodiscard]] std::uint64_t total() const { return reached + contact + failed; }
+    [[nodiscard]] std::uint64_t& of(MoveResult::Outcome outcome);
+    [[nodiscard]] std::uint64_t total() const { return reached + contact + failed + vanished; }
     friend bool operator==(const MoveCount&, const MoveCount&) = default;
 };
 

@@ -16,6 +16,8 @@ using Kind = DeviceEvent::Kind;
 
 // The way back was passed just now, so that a trigger on it is a false one. So many in a row are not.
 constexpr int kMaxBackMoves = 4;
+// A touch that is not met again is looked for once more: a probe may miss one.
+constexpr int kMissesOfNothing = 2;
 // So many touches more are needed at most because some did not hold.
 constexpr int kMaxDoubts = 3;
 // mm: far above rounding, far below the resolution of any machine.
@@ -63,13 +65,21 @@ MoveResult MultiTouchDevice::guarded_move(const Point& target, Pace pace) {
         if (result.outcome == Outcome::contact) {
             const double first = way.place_of(result.position);
             const Verdict verdict = measure(way, first, result.held, pace, events);
-            if (verdict.kind == Verdict::Kind::nothing && triggers < kMaxFalseTriggers) continue;
+            // Where the tool travels, space is known to be free: the trigger was a false one.
+            if (verdict.kind == Verdict::Kind::nothing && pace == Pace::travel && triggers < kMaxFalseTriggers) continue;
             result.position = way.at(verdict.place);
-            if (verdict.kind == Verdict::Kind::touched) {
-                // A device that rests on what it touches may have touched a little farther.
-                if (way.place_of(device_.position()) > verdict.place + kSamePlace) go_back(way, verdict.place, events);
-            } else {
-                result.outcome = Outcome::failed;
+            switch (verdict.kind) {
+                case Verdict::Kind::touched:
+                    // A device that rests on what it touches may have touched a little farther.
+                    if (way.place_of(device_.position()) > verdict.place + kSamePlace) go_back(way, verdict.place, events);
+                    break;
+                case Verdict::Kind::scattered:
+                    result.outcome = Outcome::failed;
+                    break;
+                case Verdict::Kind::nothing:
+                    result.outcome = pace == Pace::travel ? Outcome::failed : Outcome::vanished;
+                    go_back(way, verdict.place, events);
+                    break;
             }
         }
         result.events = std::move(events);
@@ -105,10 +115,11 @@ MultiTouchDevice::Verdict MultiTouchDevice::measure(const Way& way, double first
             place = samples.median();
             events.push_back({Kind::scattered_touch, way.at(samples.drop_farthest())});
         } else if (const auto touched = touch_again(way, first, events); !touched) {
-            if (++missed > met) {
+            if (++missed >= kMissesOfNothing && missed > met) {
                 events.push_back({Kind::spurious_trigger, way.at(first)});
                 return {Verdict::Kind::nothing, first};
             }
+            if (met == 0) continue;
             events.push_back({Kind::scattered_touch, way.at(first + overreach())});
         } else if (touched->place < first - overreach()) {
             events.push_back({Kind::spurious_trigger, way.at(touched->place)});

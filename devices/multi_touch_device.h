@@ -27,7 +27,8 @@ struct MultiTouchOptions {
 //    one farthest from the median is dropped (event scattered_touch), the others are kept, and one more is taken, `retries` times at most;
 //    then the move has failed.
 //  - A touch that did not hold (MoveResult::held) asks for one more that agrees.
-//  - More touches meet nothing than something: a false trigger (event spurious_trigger); the move goes on to its target at its pace.
+//  - Two touches and more meet nothing, and fewer meet something: a false trigger (event spurious_trigger), or a probe that has just
+//    died. A probe's move ends (Outcome::vanished), before the place: only a touch elsewhere can tell. Travel goes on.
 //  - A trigger far short of the first contact is a false one: the tool has passed there. It counts as a retry.
 // A touch as near to the target as touches scatter may so be taken for none: the target was reached.
 // After a contact the tool rests before the touched point, or at it, where the device does not retract.
@@ -37,8 +38,8 @@ public:
     MultiTouchDevice(ProbeDevice& device, const MultiTouchOptions& options, double retract_mm);
 
     [[nodiscard]] Point position() const override { return device_.position(); }
-    // Throws UnexpectedContact if the probe keeps triggering on the way back from a touch, and what the device throws. A move in which it
-    // triggers falsely more than kMaxFalseTriggers times fails.
+    // Throws UnexpectedContact if the probe keeps triggering on the way back from a touch, and what the device throws. Travel on which
+    // it triggers falsely more than kMaxFalseTriggers times fails.
     [[nodiscard]] MoveResult guarded_move(const Point& target, Pace pace) override;
     void stop() override { device_.stop(); }
 

@@ -33,9 +33,11 @@ struct MoveResult {
         reached,
         contact,
         failed,  // something was touched, but where could not be measured (a device that measures touches more than once)
+        // Something was touched, and twice nothing was there when looked at again: a false trigger, or the probe has just died.
+        vanished,
     };
     Outcome outcome = Outcome::reached;
-    Point position = Point::Zero();     // mm: the target, the touched point, or where a failed touch seemed to be
+    Point position = Point::Zero();     // mm: the target, the touched point, or where it seemed to be
     std::vector<DeviceEvent> events{};  // in order
     // Of a contact: the probe was still closed when the tool stood. A spark on its lead is over by then, and so is a touch that only
     // grazes. A device that cannot tell says true.

@@ -11,21 +11,18 @@ namespace palpate {
 namespace {
 
 constexpr double kInfinity = std::numeric_limits<double>::infinity();
+// Every one of them is joined to every other; more would cost more and hardly shorten a way.
+constexpr std::size_t kMaxOutside = 200;
+// Of the workspace's radius: a place on its boundary is outside, whatever rounding says.
+constexpr double kOnBoundary = 1e-6;
+// A way that nothing was touched on since may be the last of a dead probe, through the part: it is gone back where no other leads.
+constexpr double kUnconfirmed = 1e4;
 
 std::array<double, 3> key(const Point& p) { return {p.x(), p.y(), p.z()}; }
 
 }  // namespace
 
-Point nearest_on(const Segment& segment, const Point& p) {
-    const Vector way = segment.target - segment.source;
-    const double squared = way.squaredNorm();
-    const double share = squared > 0 ? std::clamp((p - segment.source).dot(way) / squared, 0.0, 1.0) : 0.0;
-    return segment.source + share * way;
-}
-
-double distance_to(const Segment& segment, const Point& p) { return (p - nearest_on(segment, p)).norm(); }
-
-Trail::Trail(const Journal& journal) {
+Trail::Trail(const Journal& journal, const Workspace& workspace) : workspace_(workspace) {
     std::map<std::array<double, 3>, std::size_t> known;
     const auto add = [&](const Point& p) {
         const auto [found, is_new] = known.try_emplace(key(p), places_.size());
@@ -36,51 +33,101 @@ Trail::Trail(const Journal& journal) {
         return found->second;
     };
     std::size_t at = add(journal.header.start);
-    for (const JournalMove& move : journal.moves) {
-        const std::size_t to = add(move.rest);
+    const std::size_t confirmed = journal.confirmed_moves();
+    for (std::size_t k = 0; k < journal.moves.size(); ++k) {
+        const Point& rest = journal.moves[k].rest;
+        const std::size_t to = add(rest);
         if (to == at) continue;
-        const double length = (move.rest - places_[at]).norm();
+        const double length = (rest - places_[at]).norm() * (k < confirmed ? 1.0 : kUnconfirmed);
         links_[at].push_back({to, length});
         links_[to].push_back({at, length});
         at = to;
     }
     for (const auto& [coordinates, place] : known) sorted_.push_back(place);
+    is_outside_.resize(places_.size());
+    const double slack = kOnBoundary * workspace_.radius();
+    for (std::size_t place = 0; place < places_.size() && outside_.size() < kMaxOutside; ++place) {
+        const Point& p = places_[place];
+        if (workspace_.contains(p) && (workspace_.nearest_boundary(p) - p).norm() > slack) continue;
+        outside_.push_back(place);
+        is_outside_[place] = true;
+    }
 }
 
-std::size_t Trail::place_of(const Point& p) const {
+std::optional<std::size_t> Trail::find(const Point& p) const {
     const auto found = std::lower_bound(sorted_.begin(), sorted_.end(), key(p),
                                         [&](std::size_t place, const auto& sought) { return key(places_[place]) < sought; });
-    if (found == sorted_.end() || places_[*found] != p) throw std::invalid_argument("Trail: the tool never rested there");
+    if (found == sorted_.end() || places_[*found] != p) return std::nullopt;
     return *found;
 }
 
-std::vector<Point> Trail::way(const Point& from, const Point& to) const {
-    // Dijkstra, from the end, so that the way comes out in order.
-    const std::size_t start = place_of(from);
-    const std::size_t goal = place_of(to);
-    std::vector<double> cost(places_.size(), kInfinity);
-    std::vector<std::size_t> next(places_.size(), goal);
+std::size_t Trail::place_of(const Point& p) const {
+    const auto found = find(p);
+    if (!found) throw std::invalid_argument("Trail: the tool never rested there");
+    return *found;
+}
+
+double Trail::outer_distance(std::size_t a, std::size_t b) const {
+    const Point out = workspace_.nearest_boundary(places_[a]);
+    const Point in = workspace_.nearest_boundary(places_[b]);
+    return (out - places_[a]).norm() + workspace_.outer_distance(out, in) + (places_[b] - in).norm();
+}
+
+// Dijkstra, from the end, so that a way comes out in order.
+Trail::Ways Trail::ways_to(std::size_t goal, std::optional<std::size_t> start) const {
+    Ways ways{std::vector<double>(places_.size(), kInfinity), std::vector<std::size_t>(places_.size(), goal)};
     using Entry = std::pair<double, std::size_t>;  // among equals the older place first
     std::priority_queue<Entry, std::vector<Entry>, std::greater<>> open;
-    cost[goal] = 0;
+    ways.cost[goal] = 0;
     open.emplace(0.0, goal);
-    while (!open.empty() && open.top().second != start) {
+    const auto offer = [&](std::size_t to, std::size_t through, double length) {
+        if (length >= ways.cost[to]) return;
+        ways.cost[to] = length;
+        ways.next[to] = through;
+        open.emplace(length, to);
+    };
+    while (!open.empty() && (!start || open.top().second != *start)) {
         const auto [length, place] = open.top();
         open.pop();
-        if (length > cost[place]) continue;
-        for (const Link& link : links_[place]) {
-            if (length + link.length >= cost[link.to]) continue;
-            cost[link.to] = length + link.length;
-            next[link.to] = place;
-            open.emplace(cost[link.to], link.to);
+        if (length > ways.cost[place]) continue;
+        for (const Link& link : links_[place]) offer(link.to, place, length + link.length);
+        if (!is_outside_[place]) continue;
+        for (const std::size_t other : outside_) {
+            if (other != place) offer(other, place, length + outer_distance(other, place));
         }
     }
+    return ways;
+}
+
+std::vector<Point> Trail::way(const Point& from, const Point& to) const {
+    const std::size_t start = place_of(from);
+    const std::size_t goal = place_of(to);
+    const Ways ways = ways_to(goal, start);
     std::vector<Point> way;
     for (std::size_t place = start; place != goal;) {
-        place = next[place];
+        const std::size_t next = ways.next[place];
+        const bool is_made = std::any_of(links_[place].begin(), links_[place].end(), [&](const Link& link) { return link.to == next; });
+        if (!is_made) {
+            const Point out = workspace_.nearest_boundary(places_[place]);
+            const Point in = workspace_.nearest_boundary(places_[next]);
+            way.push_back(out);
+            const std::vector<Point> around = workspace_.outer_path(out, in);
+            way.insert(way.end(), around.begin(), around.end());
+        }
+        place = next;
         way.push_back(places_[place]);
     }
     return way;
+}
+
+std::vector<double> Trail::lengths(const Point& from, const std::vector<Point>& to) const {
+    const Ways ways = ways_to(place_of(from), {});
+    std::vector<double> lengths;
+    for (const Point& p : to) {
+        const auto place = find(p);
+        lengths.push_back(place ? ways.cost[*place] : kInfinity);
+    }
+    return lengths;
 }
 
 std::optional<Segment> Trail::move_near(const Point& p, double tolerance) const {

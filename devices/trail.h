@@ -6,16 +6,20 @@
 
 #include "devices/journal.h"
 #include "planner/geometry.h"
+#include "planner/workspace.h"
 
 namespace palpate {
 
 class Trail {
 public:
-    explicit Trail(const Journal& journal);
+    // Outside `workspace` all is free: places there are joined by ways around it.
+    Trail(const Journal& journal, const Workspace& workspace);
 
-    // A shortest way over moves that were made, between two places where the tool rested: the points to pass after `from`, up to and
-    // with `to`. Throws std::invalid_argument if the tool rested at neither.
+    // A shortest way over moves that were made and around the workspace, between two places where the tool rested: the points to pass after
+    // `from`, up to and with `to`. Throws std::invalid_argument if the tool rested at neither.
     [[nodiscard]] std::vector<Point> way(const Point& from, const Point& to) const;
+    // mm: the lengths of such ways (those that came after the last contact count far more) from a place to each of several; infinite where the tool never rested.
+    [[nodiscard]] std::vector<double> lengths(const Point& from, const std::vector<Point>& to) const;
 
     // The move that passed nearest to `p`, if one did within `tolerance` (mm).
     [[nodiscard]] std::optional<Segment> move_near(const Point& p, double tolerance) const;
@@ -23,17 +27,25 @@ public:
 private:
     struct Link {
         std::size_t to = 0;
-        double length = 0.0;
+        double length = 0.0;  // mm, or more where nothing confirms it
     };
+    // Shortest ways from everywhere to one place.
+    struct Ways {
+        std::vector<double> cost;       // mm, by place
+        std::vector<std::size_t> next;  // on the way there
+    };
+    [[nodiscard]] std::optional<std::size_t> find(const Point& p) const;
     [[nodiscard]] std::size_t place_of(const Point& p) const;
+    // All of them, or as far as one place needs.
+    [[nodiscard]] Ways ways_to(std::size_t goal, std::optional<std::size_t> start) const;
+    [[nodiscard]] double outer_distance(std::size_t a, std::size_t b) const;
 
+    Workspace workspace_;
     std::vector<Point> places_;             // in the order of the journal, each once
     std::vector<std::size_t> sorted_;       // their indices by coordinates, to find them
     std::vector<std::vector<Link>> links_;  // by place
+    std::vector<std::size_t> outside_;      // places outside the workspace, the first kMaxOutside
+    std::vector<bool> is_outside_;          // by place: one of them
 };
-
-[[nodiscard]] Point nearest_on(const Segment& segment, const Point& p);
-// mm: from `p` to that point.
-[[nodiscard]] double distance_to(const Segment& segment, const Point& p);
 
 }  // namespace palpate

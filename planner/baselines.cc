@@ -20,7 +20,7 @@ public:
     explicit Meter(SurfaceOracle& oracle) : oracle_(oracle), at_(oracle.position()) {}
 
     void travel(const std::vector<Point>& path) {
-        oracle_.travel(path);
+        oracle_.travel(path, Ground::proven);
         account_.travel += path_length(at_, path);
         at_ = path.back();
     }

@@ -17,4 +17,10 @@ public:
     using std::runtime_error::runtime_error;
 };
 
+// An expected contact stayed away, and so did that of a known place: nothing is to be believed that was found free since the last contact.
+class SilenceError : public std::runtime_error {
+public:
+    using std::runtime_error::runtime_error;
+};
+
 }  // namespace palpate

@@ -2,6 +2,7 @@
 #pragma once
 
 #include <Eigen/Core>
+#include <algorithm>
 #include <array>
 #include <cstdint>
 #include <vector>
@@ -15,6 +16,16 @@ struct Segment {
     Point source = Point::Zero();
     Point target = Point::Zero();
 };
+
+// The point of the segment that is nearest to `p`.
+[[nodiscard]] inline Point nearest_on(const Segment& segment, const Point& p) {
+    const Vector way = segment.target - segment.source;
+    const double squared = way.squaredNorm();
+    const double share = squared > 0 ? std::clamp((p - segment.source).dot(way) / squared, 0.0, 1.0) : 0.0;
+    return segment.source + share * way;
+}
+// mm: from `p` to that point.
+[[nodiscard]] inline double distance_to(const Segment& segment, const Point& p) { return (p - nearest_on(segment, p)).norm(); }
 
 // mm: from `from` straight to every point of the path in turn.
 [[nodiscard]] inline double path_length(const Point& from, const std::vector<Point>& path) {

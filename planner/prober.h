@@ -36,6 +36,7 @@ class MaintainedDelaunay;
 struct Observer {
     std::function<void(const Progress&)> on_progress;             // after every probe
     std::function<void(const MaintainedDelaunay&)> on_insertion;  // after every sample; see planner/internal
+    std::function<void(double way_mm)> on_home;                   // before the tool goes back to where it began
     // After every crossing that was inferred: S is met between `near`, which is free, and `far`, inside O.
     std::function<void(const Point& near, const Point& far)> on_inference;
 };

@@ -21,9 +21,11 @@
 #include "tools/bench.h"
 #include "tools/machine.h"
 #include "tools/machine_session.h"
+#include "tools/probe_proof.h"
 #include "tools/results.h"
 #include "tools/session_files.h"
 #include "tools/simulation.h"
+#include "tools/stop_signals.h"
 #include "tools/summary.h"
 
 namespace palpate {
@@ -81,7 +83,8 @@ ExitCode check_machine(const CheckCommand& command, const SessionConfig& config,
         out << "the configuration is good; the machine was not asked\n";
         return ExitCode::done;
     }
-    Machine machine(*config.machine, {});
+    const StopSignals signals;
+    Machine machine(*config.machine, signals.token());
     const MachineReport report = machine.report();
     out << "machine        " << report.identity << "\nstate          " << report.state << ", at " << point_text(report.position) << '\n';
     bool good = !report.has_problems();
@@ -94,6 +97,14 @@ ExitCode check_machine(const CheckCommand& command, const SessionConfig& config,
             << (inside ? "; machine.limits are within it\n"
                        : "  <- machine.limits go beyond it: move machine.origin, or make them narrower\n");
         good &= inside;
+    }
+    const bool at_terminal = ::isatty(STDIN_FILENO) != 0 && ::isatty(STDERR_FILENO) != 0;
+    if (is_proven_by_hand(config.machine->probe_proof, at_terminal)) {
+        const bool works = see_probe_pressed(machine, STDIN_FILENO, std::cerr, signals.token());
+        out << "  probe works: " << (works ? "yes, it closed and opened\n" : "not shown  <- look at its lead, plug and battery\n");
+        good &= works;
+    } else {
+        out << "  probe works: not shown; the first touch of a session will (machine.probe_proof)\n";
     }
     out << (good ? "all is good; nothing has moved\n" : "mend what an arrow points at; nothing has moved\n");
     return good ? ExitCode::done : ExitCode::usage;

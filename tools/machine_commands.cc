@@ -16,6 +16,7 @@
 #include "tools/consent.h"
 #include "tools/machine.h"
 #include "tools/machine_session.h"
+#include "tools/probe_proof.h"
 #include "tools/results.h"
 #include "tools/session_files.h"
 #include "tools/simulation.h"
@@ -31,8 +32,11 @@ void ask(const std::string& what_will_move, bool yes, const StopSignals& signals
     ask_consent(what_will_move, yes, STDIN_FILENO, std::cerr, signals.token());
 }
 
-SessionHost host_for(bool yes, const StopSignals& signals) {
+SessionHost host_for(const MachineConfig& machine, bool yes, const StopSignals& signals) {
     SessionHost host;
+    if (is_proven_by_hand(machine.probe_proof, !yes)) {
+        host.press = [&signals](Machine& connected) { return see_probe_pressed(connected, STDIN_FILENO, std::cerr, signals.token()); };
+    }
     host.ask = [yes, &signals](const std::string& plan) { ask(plan, yes, signals); };
     host.say = [](const std::string& sentence) { spdlog::info("{}", sentence); };
     host.stop = signals.token();
@@ -86,7 +90,7 @@ ExitCode run(const ProbeCommand& command, std::ostream& out) {
     prepare_session_folder(command.folder, false);
     write_file(command.folder / kConfigFile, write_config(config));
     try {
-        return run_session(command.folder, config, command.up, host_for(command.yes, signals), out, start_session);
+        return run_session(command.folder, config, command.up, host_for(*config.machine, command.yes, signals), out, start_session);
     } catch (...) {
         remove_unbegun_session(command.folder);
         throw;
@@ -101,7 +105,8 @@ ExitCode run(const ResumeCommand& command, std::ostream& out) {
     }
     check_overrides(command);
     const SessionConfig config = read_config(command.folder / kConfigFile, command.overrides);
-    return run_session(command.folder, config, command.up, host_for(command.yes, signals), out,
+    (void)machine_workspace(config);
+    return run_session(command.folder, config, command.up, host_for(*config.machine, command.yes, signals), out,
                        command.replay ? replay_session : resume_session);
 }
 
@@ -135,6 +140,11 @@ ExitCode run(const TouchCommand& command, std::ostream& out) {
         case MoveResult::Outcome::contact:
             out << "contact at " << point_text(touch.position) << ", " << (touch.position - from).norm() << " mm from where it began\n";
             break;
+        case MoveResult::Outcome::vanished:
+            out << "vanished: the probe closed at " << point_text(touch.position)
+                << ", and twice nothing was there when looked at again: a false trigger, or the probe does not close any more; press it by hand "
+                   "(palpate check)\n";
+            break;
         case MoveResult::Outcome::failed:
             out << "failed: touches near " << point_text(touch.position) << " lie apart farther than machine.touch.tolerance\n";
             break;
@@ -145,7 +155,8 @@ ExitCode run(const TouchCommand& command, std::ostream& out) {
     }
     const MoveResult back = device.guarded_move(from, Pace::travel);
     if (back.outcome != MoveResult::Outcome::reached) throw UnexpectedContact(back.position, "the way back");
-    return touch.outcome == MoveResult::Outcome::failed ? ExitCode::incomplete : ExitCode::done;
+    const bool is_answered = touch.outcome == MoveResult::Outcome::reached || touch.outcome == MoveResult::Outcome::contact;
+    return is_answered ? ExitCode::done : ExitCode::incomplete;
 }
 
 ExitCode run(const PortsCommand& /*command*/, std::ostream& out) {

@@ -1,5 +1,6 @@
 #include "tools/machine_session.h"
 
+#include <cmath>
 #include <fstream>
 
 #include "devices/device_oracle.h"
@@ -31,16 +32,26 @@ void check_start(const Workspace& workspace, const Box& limits, const Point& sta
                      ", where no way is known to be free: move it outside by hand, then start again");
 }
 
-// What the planner makes of the answers of `journal`.
-MachineRun plan_on(JournalingDevice& journal, const SessionConfig& config, const Workspace& workspace, const SessionHost& host) {
+// What the planner makes of the answers of `journal`. `press` asks for the probe to be pressed by hand.
+MachineRun plan_on(JournalingDevice& journal, const SessionConfig& config, const Workspace& workspace, const SessionHost& host,
+                   const std::function<bool()>& press) {
     MeteredDevice metered(journal, config.machine->kinematics);
-    DeviceOracle device_oracle(metered, config.probing.touch_error);
+    // What the session went on after was shown to work.
+    DeviceOracle device_oracle(metered, config.probing.touch_error, [&] { return !journal.is_used_up() || press(); });
     TimedOracle oracle(device_oracle);
+    Options options = config.probing;
+    options.overtravel = config.machine->kinematics.overtravel_mm;
+    options.goes_home = true;
     Observer observer;
     observer.on_progress = host.on_progress;
+    observer.on_home = [&](double way_mm) {
+        if (!journal.is_used_up()) return;
+        host.say("the last touch is made; the tool goes back, straight out of the workspace and around it to where it began: " +
+                 number_text(std::round(way_mm), " mm"));
+    };
     MachineRun run;
     const auto begin = std::chrono::steady_clock::now();
-    run.result = probe_surface(oracle, workspace, config.probing, observer);
+    run.result = probe_surface(oracle, workspace, options, observer);
     const Seconds total = std::chrono::steady_clock::now() - begin;
     run.oracle_seconds = oracle.spent().count();
     run.planner_seconds = (total - oracle.spent()).count();
@@ -51,28 +62,22 @@ MachineRun plan_on(JournalingDevice& journal, const SessionConfig& config, const
     return run;
 }
 
-// The tool does not stay in the part: the next session has to begin outside.
-void leave(JournalWriter& writer, GuardedMachine& guarded, const SessionConfig& config, const Workspace& workspace,
-           const SessionHost& host) {
-    try {
-        leave_work(guarded, writer.read(), workspace, *config.machine);
-    } catch (const DeviceError& error) {
-        host.say(std::string("the session is over, but the tool could not be brought out of the workspace: ") + error.what());
-    }
-}
-
-MachineRun finish(MachineRun run, JournalWriter& writer, GuardedMachine& guarded, const SessionConfig& config, const Workspace& workspace,
-                  const SessionHost& host) {
-    writer.append(JournalEnd{run.planner_seconds, run.oracle_seconds});
-    leave(writer, guarded, config, workspace, host);
-    return run;
-}
-
-// All was in the journal but its end.
-MachineRun finish_without_machine(MachineRun run, JournalWriter& writer) {
+MachineRun finish(MachineRun run, JournalWriter& writer) {
     writer.append(JournalEnd{run.planner_seconds, run.oracle_seconds});
     return run;
 }
+
+bool nobody() { return false; }
+
+// A shift along these directions would not have been seen.
+void warn_of_blind_directions(const JournalResumption& found, const SessionHost& host) {
+    if (found.directions >= 3) return;
+    host.say(std::to_string(found.contacts.size()) + " known place(s) were touched again, which show a shift of the part or the machine in " +
+             std::to_string(found.directions) + " of 3 directions only: look whether both are where they were");
+}
+
+// The journal is shorter than what the session takes it for: it is read again.
+struct ReadAgain {};
 
 // The configuration decides what the planner asks: another one would not fit the journal.
 void check_config(const Journal& journal, const std::filesystem::path& folder) {
@@ -109,16 +114,20 @@ MachineRun start_session(const SessionConfig& config, const std::filesystem::pat
     if (guarded.machine().is_position_trusted()) check_start(workspace, config.machine->limits, report.position);
     host.ask(describe_plan(*config.machine, report,
                            "It will move, guarded, around and into the workspace until it has found the part's shape."));
+    if (host.press && !host.press(guarded.machine())) {
+        throw DeviceError("the probe was not seen to close and to open; nothing has moved. Look at its lead, plug and battery; without somebody to "
+                          "press it: machine.probe_proof: first_touch");
+    }
     guarded.machine().make_ready();
     const JournalHeader header{config_digest(folder), guarded.device().position(), report.identity};
     check_start(workspace, config.machine->limits, header.start);
     JournalWriter writer = JournalWriter::create(folder / kJournalFile, header);
     JournalingDevice journal(Journal{header}, &writer, [&](const Point&) -> ProbeDevice& { return guarded.device(); });
+    const auto press = [&] { return host.press && host.press(guarded.machine()); };
     try {
-        return finish(plan_on(journal, config, workspace, host), writer, guarded, config, workspace, host);
-    } catch (const SeedError&) {
-        leave(writer, guarded, config, workspace, host);
-        throw;
+        return finish(plan_on(journal, config, workspace, host, press), writer);
+    } catch (const SilenceError& error) {
+        throw DeviceError(error.what());
     }
 }
 
@@ -129,7 +138,7 @@ MachineRun replay_session(const SessionConfig& config, const std::filesystem::pa
     if (!record.end) throw SetupError(folder.string() + ": this session is not finished; resume it without --replay");
     const JournalEnd end = *record.end;
     JournalingDevice journal(std::move(record), nullptr, {}, host.stop);
-    MachineRun run = plan_on(journal, config, workspace, host);
+    MachineRun run = plan_on(journal, config, workspace, host, nobody);
     run.planner_seconds = end.planner_seconds;
     run.oracle_seconds = end.oracle_seconds;
     return run;
@@ -139,7 +148,8 @@ MachineRun resume_session(const SessionConfig& config, const std::filesystem::pa
     const Workspace workspace = machine_workspace(config);
     JournalWriter writer(folder / kJournalFile);
     std::optional<GuardedMachine> guarded;
-    for (bool again = false;; again = true) {
+    bool asked_again = false;
+    while (true) {
         Journal record = writer.read();
         if (record.end) {
             host.say("this session is finished; its files are made again from its journal");
@@ -147,28 +157,43 @@ MachineRun resume_session(const SessionConfig& config, const std::filesystem::pa
         }
         check_config(record, folder);
         if (record.dropped_bytes > 0) host.say("the last line of the journal was torn and is dropped: that move is made again");
-        std::uint64_t resumptions = record.resumptions;
-        const auto go_live = [&](const Point& next_target) -> ProbeDevice& {
+        std::vector<JournalResumption> resumptions = record.resumptions;
+        // Connects and brings the tool back. Nothing but a contact shows that the probe worked: what came after the last one is asked again.
+        const auto return_to_contact = [&](const Point& next_target) {
             guarded.emplace(*config.machine, host.stop);
             host.ask(describe_plan(*config.machine, guarded->machine().report(),
-                                   "It will go back to where the session ended, touch a known place again, and go on."));
-            const Confirmation found = return_to_work(*guarded, record, workspace, *config.machine, next_target);
-            writer.append_resumed(found.contact_line, found.offset_mm);
-            ++resumptions;
+                                   "It will go back to where the session ended, touch up to three known places again, all at the feed of "
+                                   "probes, and go on."));
+            const JournalResumption found = return_to_work(*guarded, record, workspace, *config.machine, next_target);
+            warn_of_blind_directions(found, host);
+            const std::size_t confirmed = record.confirmed_moves();
+            if (confirmed < record.moves.size()) writer.append_withdrawn(record.moves[confirmed].line);
+            writer.append(found);
+            if (confirmed < record.moves.size()) throw ReadAgain{};
+            resumptions.push_back(found);
+        };
+        const auto go_live = [&](const Point& next_target) -> ProbeDevice& {
+            if (!guarded) return_to_contact(next_target);
             return guarded->device();
         };
         JournalingDevice journal(record, &writer, go_live, host.stop);
+        const auto press = [&] { return guarded && host.press && host.press(guarded->machine()); };
         try {
-            MachineRun run = plan_on(journal, config, workspace, host);
-            run.resumptions = resumptions;
-            if (!guarded) return finish_without_machine(std::move(run), writer);
-            return finish(std::move(run), writer, *guarded, config, workspace, host);
-        } catch (const SeedError&) {
-            if (guarded) leave(writer, *guarded, config, workspace, host);
-            throw;
+            try {
+                MachineRun run = plan_on(journal, config, workspace, host, press);
+                run.resumptions = resumptions;
+                return finish(std::move(run), writer);
+            } catch (const SilenceError& error) {
+                if (journal.is_live()) throw DeviceError(error.what());
+                host.say(std::string("the session had stopped: ") + error.what());
+                return_to_contact(record.last_rest());
+            }
+        } catch (const ReadAgain&) {
+            continue;
         } catch (const UnexpectedContact& contact) {
             // The session had halted at a touch where space was free. The machine is asked again, once.
-            if (journal.is_live() || again) throw;
+            if (journal.is_live() || asked_again) throw;
+            asked_again = true;
             host.say(std::string("the session had halted: ") + contact.what() + "; that way is gone again");
             journal.withdraw(contact.moves());
         }

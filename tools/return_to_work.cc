@@ -4,6 +4,7 @@
 #include <limits>
 #include <sstream>
 
+#include "devices/datum.h"
 #include "devices/device_oracle.h"
 #include "devices/errors.h"
 #include "devices/trail.h"
@@ -16,6 +17,9 @@ using Outcome = MoveResult::Outcome;
 
 // mm: what rounding and the last steps of an interrupted move put the tool beside its way, at least.
 constexpr double kBesideWay = 0.05;
+
+// Of the overtravel: so far beyond a known place its touch is looked for.
+constexpr double kLook = 0.5;
 
 // mm: how far it is from `p` along the unit vector `direction` to where `box` ends; 0 if `p` is there or beyond.
 double room_within(const Box& box, const Point& p, const Vector& direction) {
@@ -38,10 +42,10 @@ public:
           journal_(journal),
           workspace_(workspace),
           config_(config),
-          known_(known_place(journal)),
-          trail_(journal) {}
+          trail_(journal, workspace),
+          datum_(choose_datum_places(journal, trail_, journal.last_rest())) {}
 
-    Confirmation run(const Point& next_target) {
+    JournalResumption run(const Point& next_target) {
         const Point at = machine_.report().position;  // as it is now: the operator may have moved it by hand
         const double beside = std::max(kBesideWay, 2 * DeviceOracle::kGraze * config_.touch_error());
         const std::optional<Point> origin = machine_.is_position_trusted() ? origin_of(at, next_target, beside) : std::nullopt;
@@ -50,43 +54,36 @@ public:
             check_limits(at);
             machine_.retreat(*origin);
             machine_.make_ready();
-            go_on_from(*origin);
+            go(*origin);
+            place_ = *origin;
         } else {
             machine_.make_ready();
             check_limits(guarded_.position());
             enter(guarded_.position(), beside);
         }
-        return confirm();
+        JournalResumption found;
+        found.directions = independent_directions(datum_);
+        for (const DatumPlace& place : datum_) {
+            found.contacts.push_back(place.line);
+            found.offsets_mm.push_back(confirm(place));
+        }
+        go_over_trail(journal_.confirmed_rest());
+        return found;
     }
-
-    // Out of ω again, over ways that were gone.
-    void leave() { go(trail_.way(journal_.last_rest(), journal_.header.start)); }
 
 private:
-    // The last touch, which is made again: neither the part nor the origin may have moved.
-    struct KnownPlace {
-        std::uint64_t line = 0;  // of the journal
-        Point from = Point::Zero();
-        Point touched = Point::Zero();
-        Vector inwards = Vector::Zero();  // unit length
-    };
-    [[nodiscard]] static std::optional<KnownPlace> known_place(const Journal& journal) {
-        const auto last = journal.last_contact();
-        if (!last) return std::nullopt;
-        const JournalMove& move = journal.moves[*last];
-        const Point from = *last == 0 ? journal.header.start : journal.moves[*last - 1].rest;
-        return KnownPlace{move.line, from, move.result.position, (move.result.position - from).normalized()};
-    }
-    // Between where the touch begins and where the tool comes to rest after it: an earlier resumption ended there. That is on no way of the
+    // Between where its touch begins and where the tool comes to rest after it: an earlier resumption ended there. That is on no way of the
     // journal.
-    [[nodiscard]] bool is_at_known_place(const Point& at, double beside) const {
-        return known_ && distance_to({known_->from, known_->touched + config_.kinematics.overtravel_mm * known_->inwards}, at) <= beside;
+    [[nodiscard]] bool is_at(const DatumPlace& place, const Point& at, double beside) const {
+        return distance_to({place.from, place.touched + config_.kinematics.overtravel_mm * place.inwards}, at) <= beside;
     }
     // Where the move began that a tool at `at` was on, of those that may have ended without us.
     [[nodiscard]] std::optional<Point> origin_of(const Point& at, const Point& next_target, double beside) const {
         const Point rest = journal_.last_rest();
         if (distance_to({rest, next_target}, at) <= beside) return rest;
-        if (is_at_known_place(at, beside)) return known_->from;
+        for (const DatumPlace& place : datum_) {
+            if (is_at(place, at, beside)) return place.from;
+        }
         return std::nullopt;
     }
 
@@ -96,9 +93,10 @@ private:
         throw OutOfLimits("the tool is at " + point_text(at) + ", outside machine.limits: move it inside them by hand, then resume");
     }
 
+    // Nothing is trusted yet: at the feed of probes.
     void go(const Point& target) {
         if (guarded_.position() == target) return;
-        const MoveResult result = guarded_.guarded_move(target, Pace::travel);
+        const MoveResult result = guarded_.guarded_move(target, Pace::probe);
         if (result.outcome != Outcome::reached) throw UnexpectedContact(result.position, "the way back to where the session ended");
     }
 
@@ -106,52 +104,64 @@ private:
         for (const Point& p : way) go(p);
     }
 
-    // To where the session ended, from a place that it has rested at.
-    void go_on_from(const Point& place) {
-        go(place);
-        go(trail_.way(place, journal_.last_rest()));
+    // From one place where the session has rested to another.
+    void go_over_trail(const Point& place) {
+        go(trail_.way(place_, place));
+        place_ = place;
     }
 
-    // From where the tool is to where the session ended.
+    // From where the tool is to a place where the session has rested.
     void enter(const Point& at, double beside) {
         if (const auto move = trail_.move_near(at, beside)) {
-            go_on_from(move->source);
-        } else if (is_at_known_place(at, beside)) {
-            go_on_from(known_->from);
+            place_ = move->source;
+        } else if (const auto known = std::ranges::find_if(datum_, [&](const DatumPlace& p) { return is_at(p, at, beside); });
+                   known != datum_.end()) {
+            place_ = known->from;
         } else if (!workspace_.contains(at)) {
             const Point start = journal_.header.start;
             const Point out = workspace_.nearest_boundary(at);
             const Point in = workspace_.nearest_boundary(start);
             go(out);
             go(workspace_.outer_path(out, in));
-            go_on_from(start);
+            place_ = start;
         } else {
             throw PositionLost("the tool is at " + point_text(at) +
                                ", inside the workspace and not on a way that this session has gone: move it outside by hand, then resume");
         }
+        go(place_);
     }
 
-    Confirmation confirm() {
-        if (!known_) return {};
-        const auto& [line, from, touched, inwards] = *known_;
-        const Point rest = journal_.last_rest();
-        go(trail_.way(rest, from));
-        const double tolerance = config_.datum_tolerance_mm;
-        // No deeper than would be too deep, nor than the limits allow.
-        const double depth = std::min(2 * tolerance, room_within(config_.limits, touched, inwards));
-        const MoveResult again = guarded_.guarded_move(within(config_.limits, touched + depth * inwards), Pace::probe);
-        const double offset = (again.position - touched).dot(inwards);
+    // Touches a known place again. mm: how far off it is, along S's normal if that is known, else along the way of the touch.
+    double confirm(const DatumPlace& place) {
+        go_over_trail(place.from);
+        const double tolerance = config_.datum_tolerance();
+        // Far enough to tell how far off it is; no deeper than the probe gives way, nor than the limits allow.
+        const double wanted = std::min(config_.kinematics.overtravel_mm, std::max(kLook * config_.kinematics.overtravel_mm, 2 * tolerance));
+        const double depth = std::min(wanted, room_within(config_.limits, place.touched, place.inwards));
+        const Point target = within(config_.limits, place.touched + depth * place.inwards);
+        MoveResult again = guarded_.guarded_move(target, Pace::probe);
+        if (again.outcome != Outcome::contact) {
+            // A probe may miss a touch.
+            go(place.from);
+            again = guarded_.guarded_move(target, Pace::probe);
+        }
+        const double slant = place.normal.isZero() ? 1.0 : std::abs(place.normal.dot(place.inwards));
+        const double offset = slant * (again.position - place.touched).dot(place.inwards);
         if (again.outcome != Outcome::contact || std::abs(offset) > tolerance) {
             std::ostringstream message;
-            message << "the place that was touched at " << point_text(touched) << " (line " << line + 1 << " of the journal) "
-                    << (again.outcome == Outcome::contact ? "is now touched " : "is not touched any more, within ")
-                    << (again.outcome == Outcome::contact ? std::abs(offset) : depth) << " mm off (tolerance " << tolerance
-                    << ", machine.datum_tolerance): the part or the machine's origin has moved. Put it back, or begin a new session";
+            message << "the place that was touched at " << point_text(place.touched) << " (line " << place.line + 1 << " of the journal) ";
+            if (again.outcome == Outcome::contact) {
+                message << "is now touched " << std::abs(offset) << " mm off";
+            } else {
+                message << "is not touched any more, within " << depth << " mm";
+            }
+            message << " (tolerance " << tolerance << ", machine.datum_tolerance): the part or the machine's origin has moved"
+                    << (again.outcome == Outcome::contact ? "" : ", or the probe does not close any more")
+                    << ". Put it back, or begin a new session";
             throw DeviceError(message.str());
         }
-        go(from);
-        go(trail_.way(from, rest));
-        return {line, offset};
+        go(place.from);
+        return offset;
     }
 
     Machine& machine_;
@@ -159,19 +169,16 @@ private:
     const Journal& journal_;
     const Workspace& workspace_;
     const MachineConfig& config_;
-    const std::optional<KnownPlace> known_;
     const Trail trail_;
+    const std::vector<DatumPlace> datum_;
+    Point place_ = Point::Zero();  // where the session has rested, too, and the tool is
 };
 
 }  // namespace
 
-Confirmation return_to_work(GuardedMachine& guarded, const Journal& journal, const Workspace& workspace, const MachineConfig& config,
-                            const Point& next_target) {
+JournalResumption return_to_work(GuardedMachine& guarded, const Journal& journal, const Workspace& workspace, const MachineConfig& config,
+                                 const Point& next_target) {
     return Return(guarded, journal, workspace, config).run(next_target);
-}
-
-void leave_work(GuardedMachine& guarded, const Journal& journal, const Workspace& workspace, const MachineConfig& config) {
-    Return(guarded, journal, workspace, config).leave();
 }
 
 }  // namespace palpate

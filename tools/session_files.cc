@@ -33,6 +33,8 @@ const char* to_string(Touch::Role role) {
             return "refinement";
         case Touch::Role::repair:
             return "repair";
+        case Touch::Role::check:
+            return "check";
     }
     return "";
 }

@@ -1,5 +1,6 @@
 #include "tools/summary.h"
 
+#include <algorithm>
 #include <cmath>
 #include <nlohmann/json.hpp>
 
@@ -59,6 +60,20 @@ Json summarise(const Result& r, double epsilon, double planner_seconds, double o
     };
 }
 
+// What the known places showed that resumed sessions touched again: over all of them the fewest directions and the largest offset.
+Json datum_of(const std::vector<JournalResumption>& resumptions) {
+    std::size_t touches = 0;
+    int directions = 3;
+    double largest = 0;
+    for (const JournalResumption& r : resumptions) {
+        touches += r.contacts.size();
+        directions = std::min(directions, r.directions);
+        for (const double offset : r.offsets_mm) largest = std::max(largest, std::abs(offset));
+    }
+    if (resumptions.empty()) return nullptr;
+    return {{"touches", touches}, {"directions", directions}, {"largest_offset", largest}};
+}
+
 }  // namespace
 
 const char* to_string(Premise::State state) {
@@ -110,7 +125,7 @@ std::string to_json(const MachineRun& run, double epsilon) {
     const Meter& meter = run.meter;
     Json json = summarise(run.result, epsilon, run.planner_seconds, run.oracle_seconds, meter.machine_time.count());
     const auto moves = [](const MoveCount& count) {
-        return Json{{"reached", count.reached}, {"contact", count.contact}, {"failed", count.failed}};
+        return Json{{"reached", count.reached}, {"contact", count.contact}, {"failed", count.failed}, {"vanished", count.vanished}};
     };
     json["machine"] = {
         {"identity", run.machine},
@@ -122,8 +137,11 @@ std::string to_json(const MachineRun& run, double epsilon) {
           {"repeated_command", meter.count(DeviceEvent::Kind::repeated_command)},
           {"reconnected", meter.count(DeviceEvent::Kind::reconnected)}}},
         {"grazes", run.grazes},
-        {"resumptions", run.resumptions},
+        {"resumptions", run.resumptions.size()},
+        {"datum", datum_of(run.resumptions)},
     };
+    json["probes"]["checks"] = run.result.account.checks;
+    json["displacement"]["home"] = run.result.account.home;
     return json.dump(2) + '\n';
 }
 

@@ -27,14 +27,15 @@ public:
     explicit TimedOracle(SurfaceOracle& oracle) : oracle_(oracle) {}
 
     [[nodiscard]] Point position() const override { return oracle_.position(); }
-    void travel(std::span<const Point> path) override {
+    void travel(std::span<const Point> path, Ground ground) override {
         const Stopwatch watch(spent_);
-        oracle_.travel(path);
+        oracle_.travel(path, ground);
     }
     [[nodiscard]] ProbeAnswer probe(const Point& target) override {
         const Stopwatch watch(spent_);
         return oracle_.probe(target);
     }
+    [[nodiscard]] bool prove_alive() override { return oracle_.prove_alive(); }
     [[nodiscard]] Seconds spent() const { return spent_; }
 
 private:

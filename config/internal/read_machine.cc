@@ -8,6 +8,7 @@ namespace {
 constexpr std::string_view kMillimetres = "mm";
 constexpr std::string_view kFeedUnit = "mm/s";
 constexpr std::array<std::string_view, 3> kHomingWords{"require", "run", "skip"};
+constexpr std::array<std::string_view, 3> kProofWords{"auto", "hand", "first_touch"};
 constexpr std::array<std::string_view, 3> kParityWords{"none", "even", "odd"};
 constexpr std::array<char, 3> kParities{'N', 'E', 'O'};
 // mm/s: a controller of the GRBL family takes whole mm/min, and here 1 at least.
@@ -130,9 +131,17 @@ MachineConfig read_machine(Section& section, const std::filesystem::path& folder
                        kNotNegative, machine.noise_mm);
     section.mapping({"touch", "how a touch is measured", Need::optional, "", "the defaults below"},
                     [&](Section& inner) { machine.touch = read_touch(inner); });
-    machine.datum_tolerance_mm = section.number(
-        {"datum_tolerance", "a place touched before may be off by that when a session is resumed", Need::optional, kMillimetres}, kPositive,
-        machine.datum_tolerance_mm);
+    machine.datum_tolerance_mm = section.number_or_null(
+        {"datum_tolerance",
+         "known places that a resumed session touches again may be off by that; null: twice what touches may be wrong by, 2 x resolution "
+         "+ noise",
+         Need::optional, kMillimetres},
+        kPositive);
+    machine.probe_proof = static_cast<ProbeProof>(section.word(
+        {"probe_proof",
+         "what shows that the probe works before a session relies on it: it is pressed by hand, or the first touch, until which all motion is "
+         "as slow as a probe; auto: by hand at a terminal, the first touch with --yes"},
+        kProofWords, static_cast<std::size_t>(machine.probe_proof)));
     section.require_one_alternative();
     section.require(machine.homing == Homing::require || std::holds_alternative<GrblSpec>(machine.connection), "homing",
                     "is not possible with machine.modbus, whose registers have no command for it; allowed: require; home the machine at "

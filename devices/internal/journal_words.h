@@ -11,8 +11,11 @@ namespace palpate {
 
 inline constexpr std::array<std::pair<Pace, std::string_view>, 3> kPaceWords = {
     {{Pace::travel, "travel"}, {Pace::probe, "probe"}, {Pace::touch, "touch"}}};
-inline constexpr std::array<std::pair<MoveResult::Outcome, std::string_view>, 3> kOutcomeWords = {
-    {{MoveResult::Outcome::reached, "reached"}, {MoveResult::Outcome::contact, "contact"}, {MoveResult::Outcome::failed, "failed"}}};
+inline constexpr std::array<std::pair<MoveResult::Outcome, std::string_view>, 4> kOutcomeWords = {
+    {{MoveResult::Outcome::reached, "reached"},
+     {MoveResult::Outcome::contact, "contact"},
+     {MoveResult::Outcome::failed, "failed"},
+     {MoveResult::Outcome::vanished, "vanished"}}};
 inline constexpr std::array<std::pair<DeviceEvent::Kind, std::string_view>, 4> kEventWords = {
     {{DeviceEvent::Kind::spurious_trigger, "spurious_trigger"},
      {DeviceEvent::Kind::scattered_touch, "scattered_touch"},

@@ -85,7 +85,7 @@ std::optional<Growth::Step> Growth::step() {
     const auto asked = front_.next(state_.roadmap().at(tool_.at()));
     if (!asked) return std::nullopt;
     if (const auto met = pilot_.go_to({asked->start, asked->home})) return take_from_way(*met, asked->beside);
-    auto met = pilot_.probe(asked->target);
+    auto met = pilot_.probe(asked->target, asked->certain);
     if (met && met->touch.failed) return Step{};  // the front asks a few times and then gives the edge up
     if (!met && asked->under && !asked->certain) met = pilot_.probe(*asked->under);
     if (met && met->touch.failed) return Step{};

@@ -97,9 +97,10 @@ std::optional<Pilot::Met> Pilot::follow(const FreeSpace::Way& way) {
     return std::nullopt;
 }
 
-std::optional<Pilot::Met> Pilot::probe(const Point& goal) {
+std::optional<Pilot::Met> Pilot::probe(const Point& goal, bool expects) {
     const NodeId from = tool_.at();
-    const Tool::Answer answer = tool_.probe(goal);
+    const auto expected = expects ? std::optional(Tool::Expected{goal}) : std::nullopt;
+    const Tool::Answer answer = tool_.probe(goal, Touch::Role::crossing, expected);
     if (answer.failed) return Met{answer, false};
     tool_.arrive(state_.roadmap().add(from, answer.position));
     if (!answer.contact) return std::nullopt;

@@ -28,8 +28,8 @@ public:
 
     // To a place in a sample's lens.
     std::optional<Met> go_to(const HoverPlace& goal);
-    // Straight, through whatever there is.
-    std::optional<Met> probe(const Point& goal);
+    // Straight, through whatever there is. `expects`: S is known to lie before the goal.
+    std::optional<Met> probe(const Point& goal, bool expects = false);
     // Towards a node of the roadmap near those samples, as far as that is shorter than the roadmap.
     std::optional<Met> approach(NodeId goal, const std::array<std::uint32_t, 3>& samples);
 

@@ -7,6 +7,7 @@
 #include <stdexcept>
 #include <string>
 
+#include "planner/errors.h"
 #include "planner/machine_time.h"
 
 namespace palpate {
@@ -31,6 +32,11 @@ std::size_t packing_bound(const Workspace& workspace, double spacing) {
     return static_cast<std::size_t>(std::min(bound, kBeyondAnyRun)) + 1;
 }
 
+std::optional<ProbeWatch> watch_for(const Options& options) {
+    if (!options.overtravel) return std::nullopt;
+    return ProbeWatch(*options.overtravel, options.epsilon);
+}
+
 }  // namespace
 
 Run::Run(SurfaceOracle& oracle, const Workspace& workspace, const Options& options, const Observer& observer)
@@ -39,12 +45,23 @@ Run::Run(SurfaceOracle& oracle, const Workspace& workspace, const Options& optio
       observer_(observer),
       criteria_(options),
       state_(workspace, options.touch_error),
-      tool_(oracle, workspace, state_.roadmap()),
+      tool_(oracle, workspace, state_.roadmap(), watch_for(options)),
       exploration_(state_, options.strategy.explore),
       touched_min_(Point::Constant(std::numeric_limits<double>::infinity())),
       touched_max_(-touched_min_) {}
 
 void Run::execute() {
+    try {
+        probe_all();
+    } catch (const SeedError&) {
+        if (options_.goes_home) tool_.go_home(observer_.on_home);
+        throw;
+    }
+    tool_.end_of_run();
+    if (options_.goes_home) tool_.go_home(observer_.on_home);
+}
+
+void Run::probe_all() {
     const std::vector<SeedFacet> seeds = touch_seeds(workspace_, options_, state_, tool_);
     for (const SeedFacet& seed : seeds) faceted_.insert(seed.samples[0]);
     // Seeds are exempt from the spacing; there are few of them.
@@ -79,7 +96,7 @@ void Run::probe(DirectedEdge e) {
         }
     }
     tool_.go_to(start);
-    const Tool::Answer answer = tool_.probe(state_.probe_target(e, *along));
+    const Tool::Answer answer = tool_.probe(state_.probe_target(e, *along), Touch::Role::crossing, known_crossing(state_.opposite(e)));
     if (answer.failed) {
         state_.note_failed(e);
     } else if (answer.contact) {
@@ -95,6 +112,12 @@ void Run::probe(DirectedEdge e) {
         if (!was_free) exploration_.note_free(far_cell);
     }
     report();
+}
+
+// S was touched on that edge: whoever comes from its other end has to touch it there at the latest.
+std::optional<Tool::Expected> Run::known_crossing(DirectedEdge e) const {
+    if (state_.recorded_state(e) != EdgeState::crossing || state_.crossing(e).inferred) return std::nullopt;
+    return Tool::Expected{Point(state_.crossing(e).near)};
 }
 
 void Run::on_contact(DirectedEdge e) {

@@ -23,7 +23,7 @@ class Run {
 public:
     Run(SurfaceOracle& oracle, const Workspace& workspace, const Options& options, const Observer& observer);
 
-    // Until nothing is left to probe, refine or repair. Call once.
+    // Until nothing is left to probe, refine or repair, and home if that is asked for. Call once.
     void execute();
 
     [[nodiscard]] const MaintainedDelaunay& state() const { return state_; }
@@ -42,7 +42,9 @@ private:
         }
     };
 
+    void probe_all();
     void probe(DirectedEdge e);
+    [[nodiscard]] std::optional<Tool::Expected> known_crossing(DirectedEdge e) const;
     void on_contact(DirectedEdge e);
     void insert(DirectedEdge crossing, Touch::Role role, double spacing);
     void add_sample(const Point& p, CellId near, std::uint32_t touch, Touch::Role role);

@@ -39,6 +39,7 @@ struct Ray {
     Vector direction = Vector::Zero();                        // unit
     double end = std::numeric_limits<double>::infinity();     // mm from origin: not probed beyond
     double begin = -std::numeric_limits<double>::infinity();  // mm from origin: ω must not lie before it
+    bool is_vouched = false;                                  // the user says that it meets the object
 };
 
 // What all of seeding works with.
@@ -56,7 +57,9 @@ std::optional<Tool::Answer> touch(const Context& context, const Ray& ray) {
     Roadmap& roadmap = context.state.roadmap();
     const NodeId entry = roadmap.add_on_boundary(ray.origin + chord->low * ray.direction);
     context.tool.go_to(entry);
-    const Tool::Answer answer = context.tool.probe(ray.origin + std::min(ray.end, chord->high) * ray.direction);
+    const Point target = ray.origin + std::min(ray.end, chord->high) * ray.direction;
+    const auto expected = ray.is_vouched ? std::optional(Tool::Expected{target}) : std::nullopt;
+    const Tool::Answer answer = context.tool.probe(target, Touch::Role::crossing, expected);
     if (answer.failed) return std::nullopt;
     if (answer.contact || ray.end < chord->high) {
         context.tool.arrive(roadmap.add(entry, answer.position));
@@ -121,7 +124,7 @@ private:
             throw SeedError(name + "starts inside the workspace, where no way is proven free yet: start it outside, in probing.seed_rays");
         }
         const double length = (given.target - given.source).norm();
-        const Ray ray{given.source, (given.target - given.source) / length, length, 0.0};
+        const Ray ray{given.source, (given.target - given.source) / length, length, 0.0, true};
         const auto first = touch(context_, ray);
         if (!first) {
             throw SeedError(

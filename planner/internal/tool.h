@@ -1,11 +1,17 @@
 // The tool as the planner sees it: at a node of the roadmap, with an account of all it did.
+//
+// Where a probe may die (Options::watch), it is the tool that notices (DEVICES section 4). A contact that is expected and stays away
+// is asked for again; if it stays away again a known place is touched before anything else: a contact there makes the clear a finding, a clear
+// there means that the probe is dead. Where nothing is expected a known place is touched after so many clears (probe_watch.h).
 #pragma once
 
+#include <functional>
 #include <optional>
 #include <span>
 #include <vector>
 
 #include "planner/account.h"
+#include "planner/internal/probe_watch.h"
 #include "planner/internal/roadmap.h"
 #include "planner/surface_oracle.h"
 #include "planner/workspace.h"
@@ -16,9 +22,9 @@ class Tool {
 public:
     // Brings the tool straight to ω's boundary. Throws std::invalid_argument if it starts inside ω: nothing proves that
     // any way from there is free. All arguments must outlive the tool.
-    Tool(SurfaceOracle& oracle, const Workspace& workspace, Roadmap& roadmap);
+    Tool(SurfaceOracle& oracle, const Workspace& workspace, Roadmap& roadmap, const std::optional<ProbeWatch>& watch = {});
 
-    // Moves along segments of the roadmap.
+    // Moves along segments of the roadmap. Throws SilenceError as probe() does.
     void go_to(NodeId node);
 
     struct Answer {
@@ -27,9 +33,13 @@ public:
         Point position = Point::Zero();
         std::uint32_t touch = 0;  // number of the touch, with contact
     };
+    // A contact that is announced before the target: by a proof, a known crossing, a seed ray of the user's.
+    struct Expected {
+        Point before = Point::Zero();  // S is met no farther along than there
+    };
     // Probes straight from the node where the tool is. The caller makes the node where it is then, and says so: arrive(); not
-    // so if that failed.
-    Answer probe(const Point& target, Touch::Role role = Touch::Role::crossing);
+    // so if that failed. Throws SilenceError if neither S nor a known place is touched where it should be.
+    Answer probe(const Point& target, Touch::Role role = Touch::Role::crossing, const std::optional<Expected>& expected = {});
     void arrive(NodeId node);
     // The last contact: where it was, and where the tool came from, straight.
     struct Contact {
@@ -51,14 +61,47 @@ public:
     // A touch turned out to be more than a crossing.
     void assign(std::uint32_t touch, Touch::Role role, std::uint32_t sample);
     void end_of_seeding() { account_.seed = account_.probes(); }
+    // A run ends with a contact: touches a known place if clears came since the last one.
+    void end_of_run();
+    // Back to where the tool began: back along the last approach, straight and guarded out of ω, around it outside. `say` hears how long
+    // that is before it starts (mm).
+    void go_home(const std::function<void(double)>& say);
 
 private:
-    Answer failed_at(const Point& from);
+    // A touch that can be made again, straight from a node.
+    struct KnownPlace {
+        NodeId from = kNoNode;
+        Point position = Point::Zero();
+    };
+
+    // One guarded move from the node where the tool is; its length is added to `way`. What vanishes (ProbeAnswer) is looked into.
+    ProbeAnswer ask(const Point& target, double& way);
+    ProbeAnswer ask_expecting(const Point& target, const Expected& expected);
+    // Straight back from where a probe ended to the node where it began.
+    void go_back(const Point& from);
+    void go_slowly(NodeId node);
+    // Through points that were found to be free.
+    void follow(const std::vector<Point>& points, bool slowly);
+    // Touches a known place, none that is beside `doubtful`; then the tool is at its start, or back if that is asked for.
+    void show_alive(const std::optional<Point>& doubtful, bool and_return);
+    // Nothing if no touch that is known can be made again.
+    [[nodiscard]] std::optional<KnownPlace> nearest_known(const std::vector<Point>& passed_over);
+    // Goes to its start first; twice if need be.
+    [[nodiscard]] bool touch_known(const KnownPlace& place, bool twice);
+    // From its start, where the tool is then again.
+    [[nodiscard]] bool touch_again(const KnownPlace& place);
+    [[nodiscard]] Answer failed();
+    // Guarded from the node where the tool is to ω's boundary; false, and the tool is where it was, if something is met.
+    [[nodiscard]] bool leave_along(const Vector& direction, double& way);
     Answer note_touch(NodeId start, const Point& touched, Touch::Role role);
 
     SurfaceOracle& oracle_;
+    const Workspace workspace_;
     Roadmap& roadmap_;
+    std::optional<ProbeWatch> watch_;
+    const Point home_;
     NodeId at_ = kNoNode;
+    std::optional<KnownPlace> last_touched_;
     Contact contact_;
     bool touches_now_ = false;  // and has not arrived at a node yet
     Account account_;

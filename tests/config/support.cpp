@@ -134,7 +134,8 @@ MachineConfig random_machine(Random& random) {
     machine.touch.discard_first = flip(random);
     machine.touch.confirm = flip(random);
     machine.touch.confirm_travel = flip(random);
-    machine.datum_tolerance_mm = share();
+    if (flip(random)) machine.datum_tolerance_mm = share();
+    machine.probe_proof = static_cast<ProbeProof>(random() % 3);
     return machine;
 }
 
@@ -185,7 +186,7 @@ public:
                 k.feeds.touch_mm_per_s, k.acceleration_mm_per_s2, k.latency.count(), k.overtravel_mm, k.retract_mm, k.resolution_mm,
                 m.noise_mm, std::uint64_t(m.touch.samples), m.touch.tolerance_mm, std::uint64_t(m.touch.retries),
                 std::uint64_t{m.touch.discard_first}, std::uint64_t{m.touch.confirm}, std::uint64_t{m.touch.confirm_travel},
-                m.datum_tolerance_mm);
+                m.datum_tolerance_mm.value_or(0), std::uint64_t(m.probe_proof));
     }
     void add(const Options& o) {
         add_all(o.touch_error, o.retract, o.rates.travel_feed_mm_per_s, o.rates.probe_feed_mm_per_s, o.rates.touch.count());

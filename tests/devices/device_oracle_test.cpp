@@ -47,11 +47,11 @@ TEST(DeviceOracle, TravelMovesThroughEveryPointInTurn) {
     FakeDevice device(10);
     DeviceOracle oracle(device);
     const std::vector<Point> path = {{1, 0, 0}, {1, 2, 0}, {1, 2, 3}};
-    oracle.travel(path);
+    oracle.travel(path, Ground::proven);
     EXPECT_EQ(device.moves, path);
     EXPECT_EQ(device.paces, std::vector<Pace>(3, Pace::travel));
     EXPECT_EQ(oracle.position(), Point(1, 2, 3));
-    oracle.travel({});
+    oracle.travel({}, Ground::proven);
     EXPECT_EQ(device.moves.size(), 3U);
 }
 
@@ -60,7 +60,7 @@ TEST(DeviceOracle, ContactDuringTravelThrowsWithThePlaceAndGoesNoFarther) {
     DeviceOracle oracle(device);
     const std::vector<Point> path = {{1, 0, 0}, {3, 4, 0}, {0, 0, 0}};
     try {
-        oracle.travel(path);
+        oracle.travel(path, Ground::proven);
         FAIL() << "nothing was thrown";
     } catch (const UnexpectedContact& contact) {
         EXPECT_EQ(contact.where(), Point(2, 2, 0));
@@ -76,7 +76,7 @@ TEST(DeviceOracle, AnUnexpectedContactIsADeviceError) {
     FakeDevice device(2);
     DeviceOracle oracle(device);
     const std::vector<Point> path = {{3, 0, 0}};
-    EXPECT_THROW(oracle.travel(path), DeviceError);
+    EXPECT_THROW(oracle.travel(path, Ground::proven), DeviceError);
 }
 
 TEST(DeviceOracle, ProbeThatReachesItsTargetIsClear) {
@@ -103,7 +103,7 @@ TEST(DeviceOracle, FaultsPassThrough) {
     device.fault_at = 1;
     DeviceOracle oracle(device);
     const std::vector<Point> path = {{1, 0, 0}, {1, 1, 0}, {1, 1, 1}};
-    EXPECT_THROW(oracle.travel(path), DeviceError);
+    EXPECT_THROW(oracle.travel(path, Ground::proven), DeviceError);
     EXPECT_EQ(device.moves.size(), 1U);
     EXPECT_THROW((void)oracle.probe({0, 0, 0}), DeviceError);
 }
@@ -147,7 +147,7 @@ TEST(DeviceOracle, AWayThatSGrazesWithinTheTouchErrorIsPassedBesideIt) {
         BallDevice device({-2, 0, 1 - depth});
         DeviceOracle oracle(device, kTouchError);
         const std::vector<Point> path = {{2, 0, 1 - depth}, {2, 2, 1}};
-        oracle.travel(path);
+        oracle.travel(path, Ground::proven);
         EXPECT_EQ(oracle.position(), path.back()) << depth;
         EXPECT_EQ(device.position(), path.back()) << depth;
         EXPECT_EQ(oracle.grazes(), 1U) << depth;
@@ -158,7 +158,7 @@ TEST(DeviceOracle, AWayThatLeadsDeeperIntoSIsAContradiction) {
     BallDevice device({-2, 0, 0.95});
     DeviceOracle oracle(device, kTouchError);
     const std::vector<Point> path = {{2, 0, 0.95}};
-    EXPECT_THROW(oracle.travel(path), UnexpectedContact);
+    EXPECT_THROW(oracle.travel(path, Ground::proven), UnexpectedContact);
     EXPECT_LT(device.position().x(), 0) << "it never got to the other side";
 }
 
@@ -166,20 +166,20 @@ TEST(DeviceOracle, APlaceThatLiesOnSWithinTheTouchErrorIsReachedAsNearAsItCanBe)
     BallDevice device({-2, 0, 0});
     DeviceOracle oracle(device, kTouchError);
     const std::vector<Point> path = {{-1 + 1e-4, 0, 0}};
-    oracle.travel(path);
+    oracle.travel(path, Ground::proven);
     EXPECT_LE((device.position() - path[0]).norm(), 2 * DeviceOracle::kGraze * kTouchError);
     EXPECT_EQ(oracle.position(), path[0]);
     // An exact device has no such excuse.
     BallDevice exact({-2, 0, 0});
     DeviceOracle strict(exact);
-    EXPECT_THROW(strict.travel(path), UnexpectedContact);
+    EXPECT_THROW(strict.travel(path, Ground::proven), UnexpectedContact);
 }
 
 TEST(DeviceOracle, ATouchIsPutOnTheLineThatWasAskedFor) {
     BallDevice device({-2, 1e-4, 0});  // beside where the planner has it
     DeviceOracle oracle(device, kTouchError);
     const std::vector<Point> path = {{-2, 0, 0}};
-    oracle.travel(path);
+    oracle.travel(path, Ground::proven);
     const ProbeAnswer answer = oracle.probe({0, 1e-3, 0});
     ASSERT_EQ(answer.outcome, ProbeAnswer::Outcome::contact);
     const Vector line = Point(0, 1e-3, 0) - path[0];

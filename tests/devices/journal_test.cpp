@@ -106,8 +106,8 @@ TEST_F(JournalFile, ResumptionsWithdrawalsAndTheEndAreRead) {
         JournalWriter writer = JournalWriter::create(file_, kHeader);
         for (int k = 0; k < 4; ++k) writer.append(random_move(random));
         writer.append_withdrawn(3);
-        writer.append_resumed(2, 0.0125);
-        writer.append_resumed(std::nullopt, 0);
+        writer.append(JournalResumption{{2, 1}, {0.0125, -0.5}, 2});
+        writer.append(JournalResumption{});
         writer.append(random_move(random));
         writer.append(JournalEnd{0.25, 1e3});
     }
@@ -115,8 +115,24 @@ TEST_F(JournalFile, ResumptionsWithdrawalsAndTheEndAreRead) {
     ASSERT_EQ(journal.moves.size(), 3U);
     EXPECT_EQ(journal.moves[1].line, 2U);
     EXPECT_EQ(journal.moves[2].line, 8U);
-    EXPECT_EQ(journal.resumptions, 2U);
+    EXPECT_EQ(journal.resumptions, (std::vector<JournalResumption>{{{2, 1}, {0.0125, -0.5}, 2}, {}}));
     EXPECT_EQ(journal.end, (JournalEnd{0.25, 1e3}));
+}
+
+// Nothing but a touch shows that the probe works: what was found free since then is in doubt.
+TEST(Journal, WhatTheLastTouchConfirmsEndsWithIt) {
+    using Outcome = MoveResult::Outcome;
+    Journal journal{kHeader};
+    const auto add = [&](double x, Outcome outcome) { journal.moves.push_back({{x, 0, 0}, Pace::probe, {outcome, {x, 0, 0}}, {x, 0, 1}}); };
+    add(1, Outcome::reached);
+    EXPECT_EQ(journal.confirmed_moves(), 0U);
+    EXPECT_EQ(journal.confirmed_rest(), kHeader.start);
+    add(2, Outcome::contact);
+    add(3, Outcome::failed);
+    add(4, Outcome::vanished);
+    add(5, Outcome::reached);
+    EXPECT_EQ(journal.confirmed_moves(), 3U);
+    EXPECT_EQ(journal.confirmed_rest(), Point(3, 0, 1));
 }
 
 TEST_F(JournalFile, ALastLineThatIsTornAnywhereIsDroppedAndCutOff) {

@@ -185,6 +185,8 @@ TEST_F(Journaling, AWithdrawnTouchIsAskedAgain) {
 
 double length_of(const Point& from, const std::vector<Point>& way) { return path_length(from, way); }
 
+const Workspace kAllAround(Ball{{5, 5, 5}, 100});
+
 TEST(Trail, WaysAreAsShortAsAnyOverTheMovesThatWereMade) {
     constexpr std::uint64_t kSeed = 21;
     SCOPED_TRACE(seed_text(kSeed));
@@ -205,12 +207,13 @@ TEST(Trail, WaysAreAsShortAsAnyOverTheMovesThatWereMade) {
             shortest[to][at] = std::min(shortest[to][at], length);
             at = to;
         }
+        journal.moves.back().result.outcome = MoveResult::Outcome::contact;  // which confirms all of it
         for (std::size_t k = 0; k < 8; ++k) {
             for (std::size_t i = 0; i < 8; ++i) {
                 for (std::size_t j = 0; j < 8; ++j) shortest[i][j] = std::min(shortest[i][j], shortest[i][k] + shortest[k][j]);
             }
         }
-        const Trail trail(journal);
+        const Trail trail(journal, kAllAround);
         for (std::size_t i = 0; i < 8; ++i) {
             if (shortest[0][i] > 1e8) {
                 EXPECT_THROW((void)trail.way(places[0], places[i]), std::invalid_argument);
@@ -223,12 +226,43 @@ TEST(Trail, WaysAreAsShortAsAnyOverTheMovesThatWereMade) {
     }
 }
 
+TEST(Trail, OutsideTheWorkspaceItGoesAroundIt) {
+    const Workspace workspace(Ball{Point::Zero(), 5});
+    Journal journal{{"c", {0, 0, 10}, "m"}};
+    // In from above to a touch, and over a long way through the workspace to the side.
+    const std::vector<Point> stops = {{0, 0, 5}, {0, 0, 2}, {-4, 0, 0}, {0, -4, 0}, {4, 0, 0}, {6, 0, 0}, {5, 0, 0}, {2, 0, 0}};
+    for (const Point& p : stops) journal.moves.push_back({p, Pace::probe, {MoveResult::Outcome::contact, p}, p});
+    const Trail trail(journal, workspace);
+    const std::vector<Point> way = trail.way({2, 0, 0}, {0, 0, 2});
+    EXPECT_LT(path_length({2, 0, 0}, way), 3 + 5 * 1.7 + 3);
+    for (std::size_t k = 1; k < way.size(); ++k) {
+        const Point middle = (way[k - 1] + way[k]) / 2;
+        EXPECT_TRUE(middle.norm() > 5 - 1e-9 || distance_to({{0, 0, 5}, {0, 0, 2}}, middle) < 1e-9) << middle.transpose();
+    }
+    EXPECT_NEAR(trail.lengths({2, 0, 0}, {{0, 0, 2}})[0], path_length({2, 0, 0}, way), 1e-9);
+    EXPECT_GT(trail.lengths({2, 0, 0}, {{9, 9, 9}})[0], 1e9) << "never rested there";
+}
+
+// After the last touch the probe may have been dead, and what it found free be the part.
+TEST(Trail, WhatNothingConfirmsIsGoneBackOnlyWhereNoOtherWayLeads) {
+    Journal journal{{"c", {0, 0, 0}, "m"}};
+    const auto add = [&](const Point& p, MoveResult::Outcome outcome) { journal.moves.push_back({p, Pace::probe, {outcome, p}, p}); };
+    add({0, 9, 0}, MoveResult::Outcome::reached);
+    add({9, 9, 0}, MoveResult::Outcome::reached);
+    add({9, 0, 0}, MoveResult::Outcome::contact);
+    add({0, 0, 0}, MoveResult::Outcome::reached);  // a short cut
+    add({5, 5, 5}, MoveResult::Outcome::reached);
+    const Trail trail(journal, kAllAround);
+    EXPECT_EQ(trail.way({0, 0, 0}, {9, 0, 0}).size(), 3U);
+    EXPECT_EQ(trail.way({5, 5, 5}, {9, 0, 0}).size(), 4U);
+}
+
 TEST(Trail, AMoveThatPassedNearAPlaceIsFound) {
     Journal journal{{"c", {0, 0, 0}, "m"}};
     for (const Point& p : {Point(10, 0, 0), Point(10, 10, 0)}) {
         journal.moves.push_back({p, Pace::travel, {MoveResult::Outcome::reached, p}, p});
     }
-    const Trail trail(journal);
+    const Trail trail(journal, kAllAround);
     const auto near = trail.move_near({5, 0.01, 0}, 0.02);
     ASSERT_TRUE(near);
     EXPECT_LE(distance_to(*near, {5, 0.01, 0}), 0.0101);

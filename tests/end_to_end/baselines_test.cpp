@@ -63,7 +63,7 @@ class Watched final : public SurfaceOracle {
 public:
     Watched(SurfaceOracle& oracle, const Workspace& workspace) : oracle_(oracle), workspace_(workspace) {}
     Point position() const override { return oracle_.position(); }
-    void travel(std::span<const Point> path) override { oracle_.travel(path); }
+    void travel(std::span<const Point> path, Ground ground) override { oracle_.travel(path, ground); }
     ProbeAnswer probe(const Point& target) override {
         ++probes;
         if (!workspace_.contains(target)) farthest = std::max(farthest, (workspace_.nearest_boundary(target) - target).norm());

@@ -110,7 +110,7 @@ public:
     SolidOracle(Solid solid, const Point& start) : solid_(std::move(solid)), position_(start) {}
 
     [[nodiscard]] Point position() const override { return position_; }
-    void travel(std::span<const Point> path) override {
+    void travel(std::span<const Point> path, Ground /*ground*/) override {
         for (const Point& p : path) {
             travels.push_back({position_, p});
             travel_length += (p - position_).norm();

@@ -1,0 +1,30 @@
+// Known places that show whether part and machine are where they were: a shift along a surface is not seen by a touch of it, so it takes
+// three whose normals are independent (DEVICES section 4).
+#pragma once
+
+#include <optional>
+#include <vector>
+
+#include "devices/journal.h"
+#include "devices/trail.h"
+
+namespace palpate {
+
+// A contact of the journal that can be made again.
+struct DatumPlace {
+    std::uint64_t line = 0;  // of the journal
+    Point from = Point::Zero();
+    Point touched = Point::Zero();
+    Vector inwards = Vector::Zero();  // unit: the way of the touch
+    Vector normal = Vector::Zero();   // unit, of S there, as the touches around show it; zero if they do not
+};
+
+// Up to three, near to `from` over ways that were gone, in the order in which they are best visited. Those whose normals are known and
+// independent come first.
+[[nodiscard]] std::vector<DatumPlace> choose_datum_places(const Journal& journal, const Trail& trail, const Point& from);
+
+// In how many independent directions, 0 to 3, those places would show a shift of 5 touch errors: their normals' singular values that are
+// large enough for an offset of 2 touch errors at one of them at least.
+[[nodiscard]] int independent_directions(const std::vector<DatumPlace>& places);
+
+}  // namespace palpate
