@@ -30,6 +30,7 @@ struct VirtualFault {
         bounce,            // the probe opens and closes `argument` times at the next touch and the next release
         missed_trigger,    // the next touch does not close the probe
         cut_probe,         // the lead of the probe is cut: it never closes again
+        dead_probe,        // ... and the firmware does not notice: it reads as one that is open
         mend_probe,        // ... until it is mended
         alarm,             // ALARM:`argument`, instead of the line or the probe move
         silence,           // the controller dies: nothing moves or answers any more, until the reset button is pressed
@@ -62,7 +63,8 @@ struct VirtualGrblOptions {
     // Chances that a G38 move triggers somewhere on its way though it touches nothing, or bounces where it touches.
     double spurious_rate = 0.0;
     double bounce_rate = 0.0;
-    std::uint64_t seed = 1;  // of the two
+    double miss_rate = 0.0;  // that a touch does not close the probe
+    std::uint64_t seed = 1;  // of the three
     std::vector<VirtualFault> faults{};
 };
 

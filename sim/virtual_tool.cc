@@ -26,7 +26,7 @@ void VirtualTool::start_move(const Point& target, double feed_mm_per_s, Guard gu
     const double length = reach.norm();
     const Vector direction = length > 0.0 ? Vector(reach / length) : Vector::Zero();
     const Trapezoid profile(length, feed_mm_per_s, options_.kinematics.acceleration_mm_per_s2);
-    motion_ = std::make_unique<ToolMotion>(ToolMotion{way, direction, profile, guard, now_, stretches_of(object_, way)});
+    motion_ = std::make_unique<ToolMotion>(ToolMotion{way, direction, profile, feed_mm_per_s, guard, now_, stretches_of(object_, way)});
     // A tool that rests on S lets go of it as it begins to move away.
     if (length > 0.0) input_->touch(motion_->stretches.front().inside, now_);
     watch(0.0);
@@ -153,16 +153,27 @@ void VirtualTool::record(const ToolMotion& motion, double distance) {
     ++audit_.moves;
     audit_.distance_mm += distance;
     audit_.deepest_mm = std::max(audit_.deepest_mm, deepest);
+    audit_.deepest_end_mm = std::max(audit_.deepest_end_mm, depth_at(object_, place_));
+    if (is_fast(motion) && is_too_deep(deepest)) ++audit_.fast_moves_inside;
     if (motion.guard == Guard::none) ++audit_.unguarded_moves;
     if (is_unsafe(motion, distance, deepest)) ++audit_.unsafe_moves;
     const Point end = place_ + options_.origin;
     if (!options_.limits.contains(end, options_.kinematics.resolution_mm)) ++audit_.outside_limits;
 }
 
+bool VirtualTool::is_too_deep(double depth) const {
+    return depth > options_.kinematics.overtravel_mm + options_.kinematics.resolution_mm;
+}
+
+bool VirtualTool::is_fast(const ToolMotion& motion) const {
+    constexpr double kRounding = 1.001;  // of a feed in whole mm/min
+    return options_.probe_feed_mm_per_s > 0.0 && motion.feed_mm_per_s > kRounding * options_.probe_feed_mm_per_s;
+}
+
 bool VirtualTool::is_unsafe(const ToolMotion& motion, double distance, double deepest) const {
     const double resolution = options_.kinematics.resolution_mm;
     const bool deeper = deepest > depth_at(object_, motion.way.source) + resolution;
-    if (motion.guard == Guard::until_contact) return deeper && deepest > options_.kinematics.overtravel_mm + resolution;
+    if (motion.guard == Guard::until_contact) return deeper && is_too_deep(deepest);
     const auto enters = [&](const Stretch& stretch) {
         return stretch.inside && stretch.from > 0.0 && stretch.from < distance &&
                deepest_between(object_, motion.way, stretch.from, std::min(stretch.to, distance), resolution) > resolution;
@@ -172,11 +183,26 @@ bool VirtualTool::is_unsafe(const ToolMotion& motion, double distance, double de
 
 void VirtualTool::trigger_spuriously() {
     input_->glitch(now_);
+    watch_now();
+}
+
+void VirtualTool::watch_now() {
     if (motion_) watch(motion_->travelled(now_));
 }
 
 void VirtualTool::miss_next_trigger() { input_->miss_next(); }
-void VirtualTool::set_unplugged(bool unplugged) { input_->set_unplugged(unplugged); }
+void VirtualTool::set_miss_share(double share, std::uint64_t seed) { input_->set_miss_share(share, seed); }
+
+void VirtualTool::set_unplugged(bool unplugged) {
+    input_->set_unplugged(unplugged);
+    watch_now();
+}
+
+void VirtualTool::press(bool pressed) {
+    input_->press(pressed);
+    watch_now();
+}
+
 void VirtualTool::bounce(int times) { input_->set_bounces(times); }
 
 }  // namespace palpate

@@ -20,6 +20,7 @@ struct VirtualToolOptions {
     Point start = Point::Zero();                                    // mm, machine coordinates
     Point origin = Point::Zero();                                   // machine coordinates of the hidden object's origin
     Box limits{Point::Constant(-1000.0), Point::Constant(1000.0)};  // mm, machine coordinates: what the machine can reach
+    double probe_feed_mm_per_s = 0.0;                               // what probing may have, for the account; 0: it does not look
 };
 
 // What the machine itself saw, whatever the driver thinks (DEVICES section 4).
@@ -30,7 +31,10 @@ struct VirtualToolAudit {
     // Moves that went deeper into the solid than the probe gives way; and those that no contact would have ended and that entered it, or
     // went deeper than they started. Coming out of the solid after a touch is safe. Less than the resolution does not count.
     std::uint64_t unsafe_moves = 0;
-    double deepest_mm = 0.0;  // into the solid, past a trigger
+    // Moves of any guard that went deeper than the probe gives way, as above, and were commanded faster than probing may be.
+    std::uint64_t fast_moves_inside = 0;
+    double deepest_mm = 0.0;      // into the solid, past a trigger
+    double deepest_end_mm = 0.0;  // ... where a move ended
     double distance_mm = 0.0;
 };
 
@@ -77,7 +81,11 @@ public:
     // often at every touch and release from now on.
     void trigger_spuriously();
     void miss_next_trigger();
+    // Of the touches from now on that share, 0 to 1, does not close the probe either; the same ones for the same seed.
+    void set_miss_share(double share, std::uint64_t seed);
     void set_unplugged(bool unplugged);
+    // Somebody holds the probe closed by hand, wherever the tool is, or lets go of it.
+    void press(bool pressed);
     void bounce(int times);
 
     // Of moves that have ended.
@@ -88,8 +96,11 @@ private:
     [[nodiscard]] std::optional<Seconds> next_event() const;
     void handle_events();
     void watch(double distance);
+    void watch_now();
     void end_motion(double distance);
     void record(const ToolMotion& motion, double distance);
+    [[nodiscard]] bool is_too_deep(double depth) const;
+    [[nodiscard]] bool is_fast(const ToolMotion& motion) const;
     [[nodiscard]] bool is_unsafe(const ToolMotion& motion, double distance, double deepest) const;
     [[nodiscard]] Point rounded(const Point& p) const;
 

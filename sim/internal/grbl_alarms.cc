@@ -148,9 +148,10 @@ void GrblMachine::apply(const VirtualFault& fault) {
             }
             break;
         case Kind::cut_probe:
+        case Kind::dead_probe:
         case Kind::mend_probe:
             probe_cut_ = fault.kind == Kind::cut_probe;
-            tool_.set_unplugged(probe_cut_);
+            tool_.set_unplugged(fault.kind != Kind::mend_probe);
             break;
         case Kind::silence:
             tool_.abort();

@@ -18,6 +18,7 @@ bool is_realtime(char c) { return c == '?' || c == '!' || c == '~' || c == kRese
 GrblMachine::GrblMachine(VirtualTool& tool, const VirtualGrblOptions& options)
     : tool_(tool), options_(options), settings_(options, tool.options()), status_(options.dialect), faults_(options), planner_(tool) {
     frame_.work[0] = options.work_offset;
+    if (options.miss_rate > 0.0) tool_.set_miss_share(options.miss_rate, options.seed);
     homed_ = options.knows_position && !options.locked;
     if (!options.knows_position) tool_.count_from(Point::Zero());
     state_ = options.locked ? State::alarm : State::idle;

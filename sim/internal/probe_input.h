@@ -1,7 +1,9 @@
 // What a controller reads at its probe input: the switch of the probe, and all that goes wrong with it.
 #pragma once
 
+#include <cstdint>
 #include <optional>
+#include <random>
 
 #include "planner/machine_time.h"
 
@@ -20,6 +22,10 @@ public:
 
     void glitch(Seconds now) { glitch_end_ = now + kGlitch; }
     void miss_next() { miss_next_ = true; }
+    // That share of the touches, 0 to 1, does not close the switch.
+    void set_miss_share(double share, std::uint64_t seed);
+    // Closed by hand, whatever the stylus does.
+    void press(bool pressed) { pressed_ = pressed; }
     void set_unplugged(bool unplugged) { unplugged_ = unplugged; }
     void set_bounces(int times) { bounces_ = times; }
 
@@ -30,10 +36,14 @@ public:
 
 private:
     [[nodiscard]] bool switch_closed() const { return touching_ && !missed_; }
+    [[nodiscard]] bool draw_miss();
 
     bool touching_ = false;
     bool missed_ = false;  // this touch does not close the switch
     bool miss_next_ = false;
+    double miss_share_ = 0.0;
+    std::mt19937_64 random_;
+    bool pressed_ = false;
     bool unplugged_ = false;
     int bounces_ = 0;
     int changes_left_ = 0;  // odd: the input shows the opposite of the switch

@@ -15,6 +15,7 @@ struct ToolMotion {
     Segment way;       // where it really goes, in the object's coordinates
     Vector direction;  // of length 1, or 0 where the way has none
     Trapezoid profile;
+    double feed_mm_per_s = 0.0;  // the greatest that it was commanded at
     VirtualTool::Guard guard = VirtualTool::Guard::none;
     Seconds start{0.0};
     std::vector<Stretch> stretches{};

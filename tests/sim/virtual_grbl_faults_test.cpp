@@ -136,6 +136,26 @@ TEST_F(VirtualGrblFaultsTest, SpuriousTriggersComeAsOftenAsTheirRateSays) {
     EXPECT_EQ(count(), first) << "the same seed, the same faults";
 }
 
+TEST_F(VirtualGrblFaultsTest, TouchesAreMissedAsOftenAsTheirRateSays) {
+    constexpr int kMoves = 500;
+    options.miss_rate = 0.1;
+    options.seed = 42;
+    SCOPED_TRACE(seed_text(options.seed));
+    const auto count = [&] {
+        start();
+        int misses = 0;
+        for (int i = 0; i < kMoves; ++i) {
+            const Lines lines = command("G38.3 X9.5 Y0 F3000");
+            misses += !lines.empty() && lines[0].ends_with(":0]") ? 1 : 0;
+            command("G1 X12");
+        }
+        return misses;
+    };
+    const int first = count();
+    EXPECT_NEAR(first, 0.1 * kMoves, 5 * std::sqrt(0.1 * 0.9 * kMoves));
+    EXPECT_EQ(count(), first) << "the same seed, the same misses";
+}
+
 // Whatever comes, in whatever pieces, the machine neither crashes nor hangs, and its account stays true.
 TEST_F(VirtualGrblFaultsTest, RandomBytesDoNoHarm) {
     constexpr std::uint64_t kSeed = 9;

@@ -6,6 +6,7 @@
 namespace palpate {
 namespace {
 
+using testing::AllOf;
 using testing::Contains;
 using testing::ElementsAre;
 using testing::HasSubstr;
@@ -153,6 +154,15 @@ TEST_P(EveryGrblTest, ACutLeadIsSeenOnlyByGrblHal) {
         EXPECT_THAT(command("G38.2 X0 F600"), ElementsAre("ALARM:5", "[PRB:0.000,0.000,0.000:0]", "ok"));
         EXPECT_EQ(tool->audit().unsafe_moves, 1U);
     }
+}
+
+TEST_P(EveryGrblTest, AProbeThatDiedIsSeenByNoFirmware) {
+    options.faults = {{VirtualFault::Kind::dead_probe}, {VirtualFault::Kind::mend_probe, VirtualFault::When::probe, 3}};
+    start();
+    EXPECT_THAT(command("G38.3 X5 F600"), ElementsAre("[PRB:5.000,0.000,0.000:0]", "ok"));
+    EXPECT_THAT(status(), AllOf(StartsWith("<Idle|"), Not(HasSubstr("|Pn:"))));
+    EXPECT_THAT(command("G38.3 X20 F600"), ElementsAre("[PRB:20.000,0.000,0.000:0]", "ok"));
+    EXPECT_THAT(command("G38.3 X5 F600"), ElementsAre("[PRB:10.000,0.000,0.000:1]", "ok"));
 }
 
 // "check mode"

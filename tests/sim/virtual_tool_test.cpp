@@ -2,6 +2,10 @@
 
 #include <gtest/gtest.h>
 
+#include <algorithm>
+#include <cmath>
+#include <string>
+
 #include "tests/sim/support.h"
 
 namespace palpate {
@@ -212,6 +216,80 @@ TEST_F(VirtualToolTest, FaultsOfTheProbe) {
     cut.finish();
     EXPECT_FALSE(cut.trigger());
     EXPECT_EQ(cut.audit().unsafe_moves, 1U);
+}
+
+TEST_F(VirtualToolTest, AProbeThatIsHeldByHandIsClosedWhereverTheToolIs) {
+    VirtualTool tool(ball, options);
+    tool.press(true);
+    EXPECT_TRUE(tool.is_probe_closed());
+    tool.start_move({20, 30, 0}, 10, Guard::until_contact);
+    tool.finish();
+    ASSERT_TRUE(tool.trigger());
+    EXPECT_EQ(*tool.trigger(), Point(20, 0, 0)) << "it was closed at once";
+    tool.press(false);
+    EXPECT_FALSE(tool.is_probe_closed());
+    tool.start_move({20, 30, 0}, 10, Guard::until_contact);
+    tool.advance(Seconds(1.0));
+    tool.press(true);
+    tool.finish();
+    ASSERT_TRUE(tool.trigger());
+    EXPECT_NEAR(tool.trigger()->y(), 9.75, 0.01);
+    tool.start_move(Point::Zero(), 10, Guard::until_release);
+    tool.advance(Seconds(0.1));
+    tool.press(false);
+    tool.finish();
+    EXPECT_TRUE(tool.trigger()) << "letting go is a release";
+}
+
+TEST_F(VirtualToolTest, TheSameShareOfTouchesIsMissedForTheSameSeed) {
+    constexpr int kTouches = 1000;
+    constexpr double kShare = 0.2;
+    const auto misses = [&](std::uint64_t seed) {
+        VirtualTool tool(ball, options);
+        tool.set_miss_share(kShare, seed);
+        std::string seen;
+        for (int i = 0; i < kTouches; ++i) {
+            tool.start_move({9.5, 0, 0}, 50, Guard::until_contact);
+            tool.finish();
+            seen += tool.trigger() ? 't' : 'm';
+            tool.start_move({12, 0, 0}, 50, Guard::none);
+            tool.finish();
+        }
+        return seen;
+    };
+    const std::string first = misses(3);
+    EXPECT_NEAR(static_cast<double>(std::ranges::count(first, 'm')), kShare * kTouches, 5 * std::sqrt(kShare * (1 - kShare) * kTouches));
+    EXPECT_EQ(misses(3), first);
+    EXPECT_NE(misses(4), first);
+}
+
+TEST_F(VirtualToolTest, FastMovesInsideAreCountedWhateverTheirGuard) {
+    options.probe_feed_mm_per_s = 5;
+    VirtualTool tool(ball, options);
+    const auto fast_after = [&](const Point& target, double feed) {
+        tool.start_move(target, feed, Guard::until_contact);
+        tool.finish();
+        return tool.audit().fast_moves_inside;
+    };
+    EXPECT_EQ(fast_after(Point::Zero(), 20), 0U) << "it stopped within the overtravel";
+    tool.place({20, 0, 0});
+    tool.set_unplugged(true);
+    EXPECT_EQ(fast_after({8.5, 0, 0}, 20), 0U);
+    EXPECT_EQ(fast_after({7, 0, 0}, 5.004), 0U) << "deep, but no faster than probing may be";
+    EXPECT_EQ(tool.audit().unsafe_moves, 1U);
+    EXPECT_NEAR(tool.audit().deepest_end_mm, 3, 1e-9);
+    EXPECT_EQ(fast_after({20, 0, 0}, 5.01), 1U) << "out of the depth";
+    EXPECT_EQ(fast_after({-20, 0, 0}, 20), 2U) << "through it";
+    EXPECT_NEAR(tool.audit().deepest_end_mm, 3, 1e-9) << "it ended outside";
+    EXPECT_NEAR(tool.audit().deepest_mm, 10, 0.2);
+}
+
+TEST_F(VirtualToolTest, WithoutAProbeFeedNoMoveIsFast) {
+    VirtualTool tool(ball, options);
+    tool.set_unplugged(true);
+    tool.start_move({-20, 0, 0}, 50, Guard::until_contact);
+    tool.finish();
+    EXPECT_EQ(tool.audit().fast_moves_inside, 0U);
 }
 
 TEST_F(VirtualToolTest, ABouncingProbeOpensAndClosesAroundATouch) {
