@@ -60,6 +60,7 @@ struct JournalResumption {
     std::vector<std::uint64_t> contacts{};  // their lines
     std::vector<double> offsets_mm{};       // along S's normals, between then and now
     int directions = 0;                     // independent ones in which a shift would have shown, 0 to 3
+    bool after_miss = false;                // the session itself did, as the probe had missed a touch
 
     friend bool operator==(const JournalResumption&, const JournalResumption&) = default;
 };
@@ -82,6 +83,10 @@ struct Journal {
 
     // Where the tool rests after all of it.
     [[nodiscard]] const Point& last_rest() const { return moves.empty() ? header.start : moves.back().rest; }
+    // The last probe that found free what a touch then contradicted, within `tolerance` (mm), of the first `count` moves: it missed S.
+    [[nodiscard]] std::optional<std::size_t> last_clear_at(const Point& touched, double tolerance, std::size_t count) const;
+    // Where the tool was before a move.
+    [[nodiscard]] const Point& rest_before(std::size_t move) const { return move == 0 ? header.start : moves[move - 1].rest; }
     // So many moves come up to and with the last that something was touched in: nothing but a touch shows that the probe works, and what was
     // found free since then is in doubt once a session was interrupted.
     [[nodiscard]] std::size_t confirmed_moves() const;

@@ -112,7 +112,7 @@ JournalMove read_move(Line& line) {
 JournalResumption read_resumption(Line& line) {
     const Json resumed = line.take("resumed");
     JournalResumption resumption;
-    if (!resumed.is_object() || resumed.size() != 3) line.fail("\"resumed\" is none");
+    if (!resumed.is_object() || resumed.size() != (resumed.contains("after_miss") ? 4 : 3)) line.fail("\"resumed\" is none");
     for (const char* list : {"contacts", "offsets"}) {
         if (!resumed.contains(list) || !resumed[list].is_array()) line.fail("\"resumed\" has no list of " + std::string(list));
     }
@@ -127,6 +127,7 @@ JournalResumption read_resumption(Line& line) {
     if (resumption.contacts.size() != resumption.offsets_mm.size()) line.fail("has not one offset for every contact");
     if (!resumed.contains("directions") || !resumed["directions"].is_number_unsigned() || resumed["directions"] > 3) line.fail("\"directions\" is no number");
     resumption.directions = resumed["directions"].get<int>();
+    resumption.after_miss = resumed.contains("after_miss");
     return resumption;
 }
 
@@ -159,9 +160,15 @@ std::size_t Journal::confirmed_moves() const {
     return count;
 }
 
-const Point& Journal::confirmed_rest() const {
-    const std::size_t count = confirmed_moves();
-    return count == 0 ? header.start : moves[count - 1].rest;
+const Point& Journal::confirmed_rest() const { return rest_before(confirmed_moves()); }
+
+std::optional<std::size_t> Journal::last_clear_at(const Point& touched, double tolerance, std::size_t count) const {
+    for (std::size_t k = count; k-- > 0;) {
+        const JournalMove& move = moves[k];
+        if (move.pace != Pace::probe || move.result.outcome != MoveResult::Outcome::reached) continue;
+        if (distance_to({rest_before(k), move.target}, touched) <= tolerance) return k;
+    }
+    return std::nullopt;
 }
 
 Journal parse_journal(const std::string& text, const std::string& name) {

@@ -127,7 +127,7 @@ void JournalWriter::append(const JournalResumption& resumption) {
     for (const std::uint64_t line : resumption.contacts) contacts += (contacts.empty() ? "" : ",") + std::to_string(line);
     for (const double offset : resumption.offsets_mm) offsets += (offsets.empty() ? "" : ",") + number(offset);
     append_line(R"("resumed":{"contacts":[)" + contacts + R"(],"offsets":[)" + offsets + R"(],"directions":)" +
-                std::to_string(resumption.directions) + '}');
+                std::to_string(resumption.directions) + (resumption.after_miss ? R"(,"after_miss":true})" : "}"));
 }
 
 void JournalWriter::append_withdrawn(std::uint64_t first_line) { append_line(R"("withdrawn":)" + std::to_string(first_line)); }

@@ -7,6 +7,8 @@
 #include <queue>
 #include <stdexcept>
 
+#include "devices/errors.h"
+
 namespace palpate {
 namespace {
 
@@ -22,7 +24,8 @@ std::array<double, 3> key(const Point& p) { return {p.x(), p.y(), p.z()}; }
 
 }  // namespace
 
-Trail::Trail(const Journal& journal, const Workspace& workspace) : workspace_(workspace) {
+Trail::Trail(const Journal& journal, const Workspace& workspace, const std::optional<Contradiction>& contradiction)
+    : workspace_(workspace) {
     std::map<std::array<double, 3>, std::size_t> known;
     const auto add = [&](const Point& p) {
         const auto [found, is_new] = known.try_emplace(key(p), places_.size());
@@ -38,6 +41,10 @@ Trail::Trail(const Journal& journal, const Workspace& workspace) : workspace_(wo
         const Point& rest = journal.moves[k].rest;
         const std::size_t to = add(rest);
         if (to == at) continue;
+        if (contradiction && distance_to({places_[at], rest}, contradiction->touched) <= contradiction->tolerance) {
+            at = to;
+            continue;
+        }
         const double length = (rest - places_[at]).norm() * (k < confirmed ? 1.0 : kUnconfirmed);
         links_[at].push_back({to, length});
         links_[to].push_back({at, length});
@@ -103,6 +110,7 @@ std::vector<Point> Trail::way(const Point& from, const Point& to) const {
     const std::size_t start = place_of(from);
     const std::size_t goal = place_of(to);
     const Ways ways = ways_to(goal, start);
+    if (ways.cost[start] == kInfinity) throw PositionLost("no way is left from " + point_text(from) + " to " + point_text(to));
     std::vector<Point> way;
     for (std::size_t place = start; place != goal;) {
         const std::size_t next = ways.next[place];

@@ -63,6 +63,7 @@ struct VmCommand {
     bool fast = false;
     double spurious = 0.0;  // share of the moves that trigger falsely
     double bounce = 0.0;    // share of the touches that bounce
+    double miss = 0.0;      // share of the touches that do not close the probe
     std::uint64_t seed = 1;
     std::filesystem::path audit;  // where the account of motion goes; standard output if empty
 };

@@ -1,5 +1,6 @@
 #include "tools/machine_session.h"
 
+#include <algorithm>
 #include <cmath>
 #include <fstream>
 
@@ -58,12 +59,6 @@ MachineRun plan_on(JournalingDevice& journal, const SessionConfig& config, const
     run.meter = metered.meter();
     run.grazes = device_oracle.grazes();
     run.machine = journal.record().header.machine;
-    run.resumptions = journal.record().resumptions;
-    return run;
-}
-
-MachineRun finish(MachineRun run, JournalWriter& writer) {
-    writer.append(JournalEnd{run.planner_seconds, run.oracle_seconds});
     return run;
 }
 
@@ -106,6 +101,115 @@ Workspace machine_workspace(const SessionConfig& config) {
     return *workspace;
 }
 
+namespace {
+
+// A session with its journal: runs the planner on it, again and again where part of the journal is not to be believed.
+class Session {
+public:
+    Session(const SessionConfig& config, const std::filesystem::path& folder, const SessionHost& host, JournalWriter& writer)
+        : config_(config), folder_(folder), host_(host), writer_(writer), workspace_(machine_workspace(config)) {}
+
+    // `guarded` is the machine if it is connected already, with the tool where the journal ends.
+    MachineRun run(GuardedMachine* guarded = nullptr) {
+        guarded_ = guarded;
+        while (true) {
+            record_ = writer_.read();
+            if (record_.end) {
+                host_.say("this session is finished; its files are made again from its journal");
+                return replay_session(config_, folder_, host_);
+            }
+            check_config(record_, folder_);
+            if (record_.dropped_bytes > 0) host_.say("the last line of the journal was torn and is dropped: that move is made again");
+            try {
+                return run_once();
+            } catch (const ReadAgain&) {
+                continue;
+            }
+        }
+    }
+
+private:
+    MachineRun run_once() {
+        JournalingDevice journal(
+            record_, &writer_,
+            [&](const Point& next_target) -> ProbeDevice& {
+                if (guarded_ == nullptr) return_to({next_target, record_.confirmed_moves(), {}}, false);
+                return guarded_->device();
+            },
+            host_.stop);
+        try {
+            MachineRun run = plan_on(journal, config_, workspace_, host_,
+                                     [&] { return guarded_ != nullptr && host_.press && host_.press(guarded_->machine()); });
+            run.resumptions = record_.resumptions;
+            writer_.append(JournalEnd{run.planner_seconds, run.oracle_seconds});
+            return run;
+        } catch (const SilenceError& error) {
+            if (journal.is_live()) throw DeviceError(error.what());
+            host_.say(std::string("the session had stopped: ") + error.what());
+            return_to({record_.last_rest(), record_.confirmed_moves(), {}}, false);
+        } catch (const UnexpectedContact& contact) {
+            if (journal.is_live()) record_ = writer_.read();
+            settle(contact, journal);
+        }
+        throw ReadAgain{};
+    }
+
+    // Space was free and is touched. If a probe found it free, and known places show that neither part nor machine moved, that probe missed S:
+    // from there on the session is made again. If not, a session that halted so is asked again once.
+    void settle(const UnexpectedContact& contact, JournalingDevice& journal) {
+        const double tolerance = 2 * DeviceOracle::kGraze * config_.probing.touch_error;
+        const std::size_t before = record_.moves.size() - std::min(contact.moves(), record_.moves.size());
+        const auto missed = record_.last_clear_at(contact.where(), tolerance, before);
+        const auto is_miss = [](const JournalResumption& r) { return r.after_miss; };
+        const auto misses = static_cast<std::size_t>(std::ranges::count_if(record_.resumptions, is_miss));
+        const bool is_touched = !record_.moves.empty() && record_.moves.size() >= contact.moves() &&
+                                record_.moves[before].result.outcome == MoveResult::Outcome::contact;
+        if (missed && is_touched && misses < kMisses + record_.moves.size() / kMovesPerMiss) {
+            host_.say(std::string(contact.what()) + ". A probe had found that place free; known places are touched again");
+            return_to({record_.last_rest(), *missed, Trail::Contradiction{contact.where(), tolerance}}, true);
+        }
+        if (journal.is_live() || asked_again_) throw contact;
+        asked_again_ = true;
+        host_.say(std::string("the session had halted: ") + contact.what() + "; that way is gone again");
+        journal.withdraw(contact.moves());
+    }
+
+    // Connects, if that is not done, touches known places again, and brings the tool to where what is to be believed ends. Nothing but a
+    // contact shows that the probe worked: what came after the last one is asked again.
+    void return_to(const Interruption& interruption, bool after_miss) {
+        if (guarded_ == nullptr) {
+            own_.emplace(*config_.machine, host_.stop);
+            guarded_ = &*own_;
+            host_.ask(describe_plan(*config_.machine, guarded_->machine().report(),
+                                    "It will go back to where the session ended, touch up to three known places again, all at the feed of "
+                                    "probes, and go on."));
+        }
+        JournalResumption found = return_to_work(*guarded_, record_, workspace_, *config_.machine, interruption);
+        found.after_miss = after_miss;
+        warn_of_blind_directions(found, host_);
+        if (interruption.moves < record_.moves.size()) writer_.append_withdrawn(record_.moves[interruption.moves].line);
+        writer_.append(found);
+        if (interruption.moves < record_.moves.size()) throw ReadAgain{};
+        record_.resumptions.push_back(found);
+    }
+
+    // A probe that misses more than so many touches, and one in so many moves, is to be looked at.
+    static constexpr std::size_t kMisses = 5;
+    static constexpr std::size_t kMovesPerMiss = 40;
+
+    const SessionConfig& config_;
+    const std::filesystem::path& folder_;
+    const SessionHost& host_;
+    JournalWriter& writer_;
+    const Workspace workspace_;
+    Journal record_;
+    std::optional<GuardedMachine> own_;
+    GuardedMachine* guarded_ = nullptr;
+    bool asked_again_ = false;
+};
+
+}  // namespace
+
 MachineRun start_session(const SessionConfig& config, const std::filesystem::path& folder, const SessionHost& host) {
     const Workspace workspace = machine_workspace(config);
     GuardedMachine guarded(*config.machine, host.stop);
@@ -122,13 +226,7 @@ MachineRun start_session(const SessionConfig& config, const std::filesystem::pat
     const JournalHeader header{config_digest(folder), guarded.device().position(), report.identity};
     check_start(workspace, config.machine->limits, header.start);
     JournalWriter writer = JournalWriter::create(folder / kJournalFile, header);
-    JournalingDevice journal(Journal{header}, &writer, [&](const Point&) -> ProbeDevice& { return guarded.device(); });
-    const auto press = [&] { return host.press && host.press(guarded.machine()); };
-    try {
-        return finish(plan_on(journal, config, workspace, host, press), writer);
-    } catch (const SilenceError& error) {
-        throw DeviceError(error.what());
-    }
+    return Session(config, folder, host, writer).run(&guarded);
 }
 
 MachineRun replay_session(const SessionConfig& config, const std::filesystem::path& folder, const SessionHost& host) {
@@ -137,67 +235,18 @@ MachineRun replay_session(const SessionConfig& config, const std::filesystem::pa
     check_config(record, folder);
     if (!record.end) throw SetupError(folder.string() + ": this session is not finished; resume it without --replay");
     const JournalEnd end = *record.end;
+    const std::vector<JournalResumption> resumptions = record.resumptions;
     JournalingDevice journal(std::move(record), nullptr, {}, host.stop);
     MachineRun run = plan_on(journal, config, workspace, host, nobody);
     run.planner_seconds = end.planner_seconds;
     run.oracle_seconds = end.oracle_seconds;
+    run.resumptions = resumptions;
     return run;
 }
 
 MachineRun resume_session(const SessionConfig& config, const std::filesystem::path& folder, const SessionHost& host) {
-    const Workspace workspace = machine_workspace(config);
     JournalWriter writer(folder / kJournalFile);
-    std::optional<GuardedMachine> guarded;
-    bool asked_again = false;
-    while (true) {
-        Journal record = writer.read();
-        if (record.end) {
-            host.say("this session is finished; its files are made again from its journal");
-            return replay_session(config, folder, host);
-        }
-        check_config(record, folder);
-        if (record.dropped_bytes > 0) host.say("the last line of the journal was torn and is dropped: that move is made again");
-        std::vector<JournalResumption> resumptions = record.resumptions;
-        // Connects and brings the tool back. Nothing but a contact shows that the probe worked: what came after the last one is asked again.
-        const auto return_to_contact = [&](const Point& next_target) {
-            guarded.emplace(*config.machine, host.stop);
-            host.ask(describe_plan(*config.machine, guarded->machine().report(),
-                                   "It will go back to where the session ended, touch up to three known places again, all at the feed of "
-                                   "probes, and go on."));
-            const JournalResumption found = return_to_work(*guarded, record, workspace, *config.machine, next_target);
-            warn_of_blind_directions(found, host);
-            const std::size_t confirmed = record.confirmed_moves();
-            if (confirmed < record.moves.size()) writer.append_withdrawn(record.moves[confirmed].line);
-            writer.append(found);
-            if (confirmed < record.moves.size()) throw ReadAgain{};
-            resumptions.push_back(found);
-        };
-        const auto go_live = [&](const Point& next_target) -> ProbeDevice& {
-            if (!guarded) return_to_contact(next_target);
-            return guarded->device();
-        };
-        JournalingDevice journal(record, &writer, go_live, host.stop);
-        const auto press = [&] { return guarded && host.press && host.press(guarded->machine()); };
-        try {
-            try {
-                MachineRun run = plan_on(journal, config, workspace, host, press);
-                run.resumptions = resumptions;
-                return finish(std::move(run), writer);
-            } catch (const SilenceError& error) {
-                if (journal.is_live()) throw DeviceError(error.what());
-                host.say(std::string("the session had stopped: ") + error.what());
-                return_to_contact(record.last_rest());
-            }
-        } catch (const ReadAgain&) {
-            continue;
-        } catch (const UnexpectedContact& contact) {
-            // The session had halted at a touch where space was free. The machine is asked again, once.
-            if (journal.is_live() || asked_again) throw;
-            asked_again = true;
-            host.say(std::string("the session had halted: ") + contact.what() + "; that way is gone again");
-            journal.withdraw(contact.moves());
-        }
-    }
+    return Session(config, folder, host, writer).run();
 }
 
 }  // namespace palpate

@@ -7,7 +7,6 @@
 #include "devices/datum.h"
 #include "devices/device_oracle.h"
 #include "devices/errors.h"
-#include "devices/trail.h"
 #include "planner/number_text.h"
 
 namespace palpate {
@@ -36,19 +35,21 @@ Point within(const Box& box, const Point& p) { return p.cwiseMax(box.min).cwiseM
 
 class Return {
 public:
-    Return(GuardedMachine& guarded, const Journal& journal, const Workspace& workspace, const MachineConfig& config)
+    Return(GuardedMachine& guarded, const Journal& journal, const Workspace& workspace, const MachineConfig& config,
+           const Interruption& interruption)
         : machine_(guarded.machine()),
           guarded_(guarded.device()),
           journal_(journal),
           workspace_(workspace),
           config_(config),
-          trail_(journal, workspace),
+          interruption_(interruption),
+          trail_(journal, workspace, interruption.contradiction),
           datum_(choose_datum_places(journal, trail_, journal.last_rest())) {}
 
-    JournalResumption run(const Point& next_target) {
+    JournalResumption run() {
         const Point at = machine_.report().position;  // as it is now: the operator may have moved it by hand
         const double beside = std::max(kBesideWay, 2 * DeviceOracle::kGraze * config_.touch_error());
-        const std::optional<Point> origin = machine_.is_position_trusted() ? origin_of(at, next_target, beside) : std::nullopt;
+        const std::optional<Point> origin = machine_.is_position_trusted() ? origin_of(at, interruption_.next_target, beside) : std::nullopt;
         if (origin) {
             // The machine ended by itself what was under way, perhaps on the surface.
             check_limits(at);
@@ -67,7 +68,7 @@ public:
             found.contacts.push_back(place.line);
             found.offsets_mm.push_back(confirm(place));
         }
-        go_over_trail(journal_.confirmed_rest());
+        go_over_trail(journal_.rest_before(interruption_.moves));
         return found;
     }
 
@@ -169,6 +170,7 @@ private:
     const Journal& journal_;
     const Workspace& workspace_;
     const MachineConfig& config_;
+    const Interruption& interruption_;
     const Trail trail_;
     const std::vector<DatumPlace> datum_;
     Point place_ = Point::Zero();  // where the session has rested, too, and the tool is
@@ -177,8 +179,8 @@ private:
 }  // namespace
 
 JournalResumption return_to_work(GuardedMachine& guarded, const Journal& journal, const Workspace& workspace, const MachineConfig& config,
-                                 const Point& next_target) {
-    return Return(guarded, journal, workspace, config).run(next_target);
+                                 const Interruption& interruption) {
+    return Return(guarded, journal, workspace, config, interruption).run();
 }
 
 }  // namespace palpate

@@ -1,18 +1,24 @@
-// Brings the tool of a resumed session back to where its last contact left it, over ways that it has gone before, and touches known places
+// Brings the tool of an interrupted session back to where what is to be believed of it ends, over ways that it has gone before, and touches known places
 // again: neither the part nor the origin may have moved.
 #pragma once
 
 #include "config/machine_config.h"
 #include "devices/journal.h"
+#include "devices/trail.h"
 #include "planner/workspace.h"
 #include "tools/machine.h"
 
 namespace palpate {
 
-// `next_target` is where the next move goes: an interrupted session may have left the tool on the way there. All ways are gone at the feed of
-// probes. The tool rests at journal.confirmed_rest() then. Throws DeviceError if the tool is where no way back is known, if something is in
-// the way, or if a known place has moved by more than the tolerance.
+struct Interruption {
+    Point next_target = Point::Zero();  // where the next move goes: an interrupted session may have left the tool on the way there
+    std::size_t moves = 0;              // of the journal, that are to be believed: the tool is brought to where they end
+    std::optional<Trail::Contradiction> contradiction{};
+};
+
+// All ways are gone at the feed of probes. Throws DeviceError if the tool is where no way back is known, if something is in the way, or if a
+// known place has moved by more than the tolerance.
 [[nodiscard]] JournalResumption return_to_work(GuardedMachine& guarded, const Journal& journal, const Workspace& workspace,
-                                               const MachineConfig& config, const Point& next_target);
+                                               const MachineConfig& config, const Interruption& interruption);
 
 }  // namespace palpate

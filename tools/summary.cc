@@ -127,6 +127,8 @@ std::string to_json(const MachineRun& run, double epsilon) {
     const auto moves = [](const MoveCount& count) {
         return Json{{"reached", count.reached}, {"contact", count.contact}, {"failed", count.failed}, {"vanished", count.vanished}};
     };
+    const auto misses =
+        static_cast<std::size_t>(std::ranges::count_if(run.resumptions, [](const JournalResumption& r) { return r.after_miss; }));
     json["machine"] = {
         {"identity", run.machine},
         {"moves", {{"travel", moves(meter.travel)}, {"probe", moves(meter.probe)}}},
@@ -137,7 +139,8 @@ std::string to_json(const MachineRun& run, double epsilon) {
           {"repeated_command", meter.count(DeviceEvent::Kind::repeated_command)},
           {"reconnected", meter.count(DeviceEvent::Kind::reconnected)}}},
         {"grazes", run.grazes},
-        {"resumptions", run.resumptions.size()},
+        {"resumptions", run.resumptions.size() - misses},
+        {"missed_touches", misses},
         {"datum", datum_of(run.resumptions)},
     };
     json["probes"]["checks"] = run.result.account.checks;

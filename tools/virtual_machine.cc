@@ -2,6 +2,8 @@
 #include <spdlog/spdlog.h>
 
 #include <charconv>
+#include <csignal>
+#include <functional>
 #include <memory>
 #include <nlohmann/json.hpp>
 #include <ostream>
@@ -21,6 +23,8 @@ using Json = nlohmann::ordered_json;
 
 // So often it is asked whether it should end.
 constexpr std::chrono::milliseconds kPoll{50};
+// So long a hand presses the probe.
+constexpr std::chrono::seconds kHand{1};
 // "fast" of a Modbus controller: its axes run that much faster than the clock by which its heartbeat is watched.
 constexpr double kSpeedup = 200.0;
 // mm: the machine reaches a little farther than the session may go.
@@ -35,6 +39,7 @@ VirtualToolOptions tool_options(const SessionConfig& config, const Workspace& wo
     const Vector beyond = Vector::Constant(kBeyondLimits);
     // Like a controller that homes to the upper ends of its axes and calls them 0.
     options.limits = {machine.limits.min + machine.origin - beyond, (machine.limits.max + machine.origin + beyond).cwiseMax(0.0)};
+    options.probe_feed_mm_per_s = machine.kinematics.feeds.probe_mm_per_s;
     options.start = workspace.center() + machine.origin;
     options.start.z() = machine.limits.max.z() + machine.origin.z();
     return options;
@@ -45,7 +50,9 @@ Json audit_of(const VirtualToolAudit& audit) {
             {"unguarded_moves", audit.unguarded_moves},
             {"outside_limits", audit.outside_limits},
             {"unsafe_moves", audit.unsafe_moves},
+            {"fast_moves_inside", audit.fast_moves_inside},
             {"deepest_mm", audit.deepest_mm},
+            {"deepest_end_mm", audit.deepest_end_mm},
             {"distance_mm", audit.distance_mm}};
 }
 
@@ -58,8 +65,28 @@ void report(const VmCommand& command, const VirtualToolAudit& audit, std::ostrea
     }
 }
 
-void wait(const StopSignals& signals) {
-    while (!signals.token().stop_requested()) std::this_thread::sleep_for(kPoll);
+// SIGUSR1 is the hand that presses the probe.
+volatile std::sig_atomic_t is_hand_wanted = 0;
+void want_hand(int /*signal*/) { is_hand_wanted = 1; }
+
+// Until the end is asked for; `press` holds the probe closed, or lets go of it.
+void wait(const StopSignals& signals, const std::function<void(bool)>& press) {
+    struct sigaction action {};
+    action.sa_handler = want_hand;
+    ::sigaction(SIGUSR1, &action, nullptr);
+    std::optional<std::chrono::steady_clock::time_point> release;
+    while (!signals.token().stop_requested()) {
+        if (is_hand_wanted != 0) {
+            is_hand_wanted = 0;
+            press(true);
+            release = std::chrono::steady_clock::now() + kHand;
+        }
+        if (release && std::chrono::steady_clock::now() >= *release) {
+            press(false);
+            release.reset();
+        }
+        std::this_thread::sleep_for(kPoll);
+    }
 }
 
 int port_of(const std::string& where) {
@@ -87,13 +114,14 @@ void run_grbl(const VmCommand& command, const HiddenObject& object, const Virtua
     options.homed_position = axes.start;
     options.spurious_rate = command.spurious;
     options.bounce_rate = command.bounce;
+    options.miss_rate = command.miss;
     options.seed = command.seed;
     VirtualGrbl grbl(tool, options);
     {
-        const GrblHost host(grbl, {command.grbl, command.fast ? GrblHostOptions::Time::fast : GrblHostOptions::Time::real, false});
+        GrblHost host(grbl, {command.grbl, command.fast ? GrblHostOptions::Time::fast : GrblHostOptions::Time::real, false});
         out << "virtual " << command.dialect << " on " << command.grbl.string() << " -> " << host.client_path() << "; Ctrl-C ends it"
             << std::endl;
-        wait(signals);
+        wait(signals, [&](bool pressed) { host.with([&](VirtualGrbl&) { tool.press(pressed); }); });
     }
     report(command, tool.audit(), out);
 }
@@ -109,8 +137,8 @@ std::unique_ptr<VirtualModbus> start_modbus(const HiddenObject& object, const Vi
 
 void run_modbus(const VmCommand& command, const HiddenObject& object, const VirtualToolOptions& axes, int unit, const StopSignals& signals,
                 std::ostream& out) {
-    if (command.spurious > 0 || command.bounce > 0 || command.dialect != "grbl") {
-        throw SetupError("--spurious, --bounce and --dialect are of the virtual GRBL controller: leave them out, or give --grbl");
+    if (command.spurious > 0 || command.bounce > 0 || command.miss > 0 || command.dialect != "grbl") {
+        throw SetupError("--spurious, --bounce, --miss and --dialect are of the virtual GRBL controller: leave them out, or give --grbl");
     }
     VirtualModbusOptions options;
     options.tool = axes;
@@ -125,7 +153,7 @@ void run_modbus(const VmCommand& command, const HiddenObject& object, const Virt
     if (const auto* tcp = std::get_if<ModbusTcp>(&link.where)) out << "on " << tcp->host << ':' << tcp->port;
     if (const auto* rtu = std::get_if<ModbusRtu>(&link.where)) out << "on " << command.modbus_rtu.string() << " -> " << rtu->path;
     out << "; Ctrl-C ends it" << std::endl;
-    wait(signals);
+    wait(signals, [&](bool pressed) { modbus.with_controller([&](VirtualModbusController& controller) { controller.tool().press(pressed); }); });
     report(command, modbus.with_controller([](const VirtualModbusController& controller) { return controller.tool().audit(); }), out);
 }
 
@@ -138,7 +166,9 @@ ExitCode run(const VmCommand& command, std::ostream& out) {
     const int kinds = (command.grbl.empty() ? 0 : 1) + (command.modbus.empty() ? 0 : 1) + (command.modbus_rtu.empty() ? 0 : 1);
     if (kinds != 1) throw SetupError("give one of --grbl LINK, --modbus HOST:PORT, --modbus-rtu LINK");
     const auto is_share = [](double x) { return x >= 0 && x <= 1; };
-    if (!is_share(command.spurious) || !is_share(command.bounce)) throw SetupError("--spurious, --bounce: allowed: from 0 to 1");
+    if (!is_share(command.spurious) || !is_share(command.bounce) || !is_share(command.miss)) {
+        throw SetupError("--spurious, --bounce, --miss: allowed: from 0 to 1");
+    }
     if (!command.audit.empty()) write_file(command.audit, "");  // what cannot be written is found out now
     const Scene scene = build_scene(config);
     const VirtualToolOptions axes = tool_options(config, scene.workspace);

@@ -9,8 +9,9 @@ namespace palpate {
 
 class ProbeWatch {
 public:
-    // `overtravel`, `epsilon`: mm.
-    ProbeWatch(double overtravel, double epsilon) : overtravel_(overtravel), epsilon_(epsilon) {}
+    // `overtravel`, `epsilon`, `longest_hop`: mm.
+    ProbeWatch(double overtravel, double epsilon, double longest_hop)
+        : overtravel_(overtravel), epsilon_(epsilon), longest_hop_(longest_hop) {}
 
     void note_contact();
     // A guarded move through ground that nothing but its own answer shows to be free.
@@ -27,10 +28,12 @@ public:
     [[nodiscard]] bool is_due() const;
     // Whether a straight way is known to be free by clears alone, since the last contact. Before the first, every way is.
     [[nodiscard]] bool is_unconfirmed(const Segment& way) const;
-    // The probe misses a touch now and then: one that stays away tells less.
+    // The probe misses a touch now and then: one that stays away tells less, and is asked for twice.
     [[nodiscard]] bool misses_touches() const { return misses_touches_; }
     // mm: how far beyond an expected contact a move may end.
     [[nodiscard]] double overtravel() const { return overtravel_; }
+    // mm: how far the tool may go, guarded, through what is not known to be free, to come to a known place.
+    [[nodiscard]] double longest_hop() const { return longest_hop_; }
 
     static constexpr int kMaxClears = 40;
     static constexpr double kMaxWay = 40.0;  // of ε: the way of those clears
@@ -38,6 +41,7 @@ public:
 private:
     double overtravel_;
     double epsilon_;
+    double longest_hop_;
     bool has_contact_ = false;
     bool misses_touches_ = false;
     int clears_ = 0;

@@ -20,6 +20,9 @@ constexpr double kSamplesPerBound = 1.75;
 // An estimate is never the end.
 constexpr double kAlmostDone = 0.99;
 
+// Of ε: see ProbeWatch.
+constexpr double kLongestHop = 6.0;
+
 // So often Ŝ is refined around a touch that no facet uses.
 constexpr int kMaxRepairs = 24;
 
@@ -34,7 +37,9 @@ std::size_t packing_bound(const Workspace& workspace, double spacing) {
 
 std::optional<ProbeWatch> watch_for(const Options& options) {
     if (!options.overtravel) return std::nullopt;
-    return ProbeWatch(*options.overtravel, options.epsilon);
+    // Adaptive motion waits for no proof; the others keep to what is proven.
+    const bool hops = options.strategy.infer == Strategy::Infer::adaptive;
+    return ProbeWatch(*options.overtravel, options.epsilon, hops ? kLongestHop * options.epsilon : 0.0);
 }
 
 }  // namespace

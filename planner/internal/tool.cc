@@ -17,7 +17,9 @@ constexpr int kMaxVanished = 8;
 // Touches among which the known place is looked for, the last ones: the tool is near them.
 constexpr std::size_t kKnownPlaces = 64;
 // ... and of those, the ways to so many are compared.
-constexpr std::size_t kWaysCompared = 3;
+constexpr std::size_t kWaysCompared = 8;
+// A straight way through what is not known to be free is worth it if the other one is that much longer.
+constexpr double kDetour = 2.0;
 // Of the overtravel: a touch nearer than that to a doubtful place is no other place.
 constexpr double kSamePlace = 0.1;
 
@@ -46,10 +48,14 @@ Tool::Tool(SurfaceOracle& oracle, const Workspace& workspace, Roadmap& roadmap, 
 // --- moving ----------------------------------------------------------------------------------------------------------
 
 void Tool::go_to(NodeId node) {
-    if (watch_ && watch_->is_due()) show_alive({}, false);
+    if (watch_ && watch_->is_due()) show_alive({}, node);
+    move_along(node, false);
+}
+
+void Tool::move_along(NodeId node, bool slowly) {
     if (node == at_) return;
     const Roadmap::Path path = roadmap_.short_path(at_, node);
-    follow(path.points, false);
+    follow(path.points, slowly);
     account_.travel += path.length;
     at_ = node;
 }
@@ -68,14 +74,6 @@ void Tool::follow(const std::vector<Point>& points, bool slowly) {
         oracle_.travel({first, last}, ground);
         first = last;
     }
-}
-
-void Tool::go_slowly(NodeId node) {
-    if (node == at_) return;
-    const Roadmap::Path path = roadmap_.short_path(at_, node);
-    follow(path.points, true);
-    account_.travel += path.length;
-    at_ = node;
 }
 
 void Tool::go_back(const Point& from) {
@@ -104,7 +102,7 @@ ProbeAnswer Tool::ask(const Point& target, double& way) {
     const Point from = roadmap_.at(at_);
     ProbeAnswer answer = oracle_.probe(target);
     for (int again = 0; answer.outcome == ProbeAnswer::Outcome::vanished && again < kMaxVanished; ++again) {
-        if (watch_) show_alive(target, true);
+        if (watch_ && watch_->has_contact()) show_alive(target, at_);
         answer = oracle_.probe(target);
     }
     if (answer.outcome == ProbeAnswer::Outcome::vanished) answer.outcome = ProbeAnswer::Outcome::failed;
@@ -129,15 +127,21 @@ ProbeAnswer Tool::ask_expecting(const Point& target, const Expected& expected) {
         ++account_.checks;
         go_back(answer.position);
     }
-    show_alive(expected.before, true);
+    show_alive(expected.before, at_);
     return ask(target, account_.probing);  // a clear is a finding now
 }
 
 Tool::Answer Tool::probe(const Point& target, Touch::Role role, const std::optional<Expected>& expected) {
     assert(at_ != kNoNode);
-    if (watch_ && watch_->is_due()) show_alive({}, true);
+    if (watch_ && watch_->is_due()) show_alive({}, at_);
     const NodeId start = at_;
-    const ProbeAnswer answer = watch_ && expected ? ask_expecting(target, *expected) : ask(target, account_.probing);
+    ProbeAnswer answer = watch_ && expected ? ask_expecting(target, *expected) : ask(target, account_.probing);
+    if (answer.outcome == ProbeAnswer::Outcome::clear && watch_ && !expected && watch_->misses_touches()) {
+        ++account_.clear;
+        ++account_.checks;
+        go_back(answer.position);
+        answer = ask(target, account_.probing);
+    }
     if (answer.outcome == ProbeAnswer::Outcome::failed) return failed();
     at_ = kNoNode;
     if (answer.outcome == ProbeAnswer::Outcome::contact) return note_touch(start, answer.position, role);
@@ -146,7 +150,7 @@ Tool::Answer Tool::probe(const Point& target, Touch::Role role, const std::optio
 }
 
 std::optional<Tool::Answer> Tool::move_to(const Point& target) {
-    if (watch_ && watch_->is_due()) show_alive({}, true);
+    if (watch_ && watch_->is_due()) show_alive({}, at_);
     const NodeId start = at_;
     const ProbeAnswer answer = ask(target, account_.travel);
     if (answer.outcome == ProbeAnswer::Outcome::failed) return failed();
@@ -172,11 +176,10 @@ Tool::Answer Tool::failed() {
 
 // --- whether the probe still works -----------------------------------------------------------------------------------
 
-void Tool::show_alive(const std::optional<Point>& doubtful, bool and_return) {
-    const NodeId before = at_;
+void Tool::show_alive(const std::optional<Point>& doubtful, NodeId next) {
     std::vector<Point> passed_over;
     if (doubtful) passed_over.push_back(*doubtful);
-    const std::optional<KnownPlace> place = nearest_known(passed_over);
+    const std::optional<KnownPlace> place = nearest_known(passed_over, next);
     if (!place) {
         if (oracle_.prove_alive()) return watch_->note_proof();
         throw SilenceError((doubtful ? "a contact was expected at " + point_text(*doubtful) + " at the latest and stayed away"
@@ -184,28 +187,57 @@ void Tool::show_alive(const std::optional<Point>& doubtful, bool and_return) {
                            kUnproven);
     }
     // Where nothing was expected the known place itself is: it is asked again, and then another one.
-    bool shown = touch_known(*place, !doubtful || watch_->misses_touches());
+    // Where nothing is expected, what is met on a straight way there shows as much.
+    bool shown = !doubtful && place->straight && !hop_to(place->from);
+    if (!shown) {
+        move_along(place->from, doubtful.has_value());
+        shown = touch_known(*place, !doubtful || watch_->misses_touches());
+    }
     if (!shown && !doubtful) {
         passed_over.push_back(place->position);
-        if (const auto other = nearest_known(passed_over)) shown = touch_known(*other, watch_->misses_touches());
+        if (const auto other = nearest_known(passed_over, at_)) {
+            move_along(other->from, true);
+            shown = touch_known(*other, watch_->misses_touches());
+        }
     }
     if (!shown) {
         throw SilenceError((doubtful ? "a contact was expected at " + point_text(*doubtful) + " at the latest and stayed away twice; "
                                      : std::string("many moves met nothing; ")) +
                            "then nothing was touched at " + point_text(place->position) + kSilent);
     }
-    if (and_return) go_slowly(before);
+    if (next != kNoNode) move_along(next, false);  // what is behind is confirmed now
+}
+
+bool Tool::hop_to(NodeId node) {
+    const NodeId start = at_;
+    const ProbeAnswer answer = ask(roadmap_.at(node), account_.travel);
+    if (answer.outcome == ProbeAnswer::Outcome::clear) {
+        roadmap_.connect(start, node);
+        at_ = node;
+        return true;
+    }
+    note_check(answer, start);
+    go_back(answer.position);
+    return false;
+}
+
+void Tool::note_check(const ProbeAnswer& answer, NodeId from) {
+    ++account_.checks;
+    if (answer.outcome == ProbeAnswer::Outcome::clear) ++account_.clear;
+    if (answer.outcome != ProbeAnswer::Outcome::contact) return;
+    ++account_.contact;
+    touches_.push_back({answer.position, roadmap_.at(from), Touch::Role::check, std::nullopt});
+    touch_starts_.push_back(from);
 }
 
 bool Tool::touch_known(const KnownPlace& place, bool twice) {
-    go_slowly(place.from);
     if (touch_again(place)) return true;
     if (!twice || !touch_again(place)) return false;
     watch_->note_recovery();
     return true;
 }
 
-std::optional<Tool::KnownPlace> Tool::nearest_known(const std::vector<Point>& passed_over) {
+std::optional<Tool::KnownPlace> Tool::nearest_known(const std::vector<Point>& passed_over, NodeId next) {
     struct Candidate {
         double distance;  // mm, straight
         std::size_t touch;
@@ -216,15 +248,27 @@ std::optional<Tool::KnownPlace> Tool::nearest_known(const std::vector<Point>& pa
         const Point& position = touches_[k].position;
         const auto is_same = [&](const Point& p) { return (p - position).norm() < kSamePlace * watch_->overtravel(); };
         if (touches_[k].role == Touch::Role::check || touches_[k].from == position || std::ranges::any_of(passed_over, is_same)) continue;
-        candidates.push_back({(touches_[k].from - roadmap_.at(at_)).norm() + (touches_[k].from - position).norm(), k});
+        const Point& from = touches_[k].from;
+        const double onwards = next != kNoNode ? (from - roadmap_.at(next)).norm() : 0.0;
+        candidates.push_back({(from - roadmap_.at(at_)).norm() + 2 * (from - position).norm() + onwards, k});
     }
     std::ranges::stable_sort(candidates, {}, &Candidate::distance);
-    candidates.resize(std::min(candidates.size(), kWaysCompared));
+    // The way back to the last touch is short where the roadmap is a thread.
+    if (candidates.size() > kWaysCompared) {
+        const auto last = std::ranges::max_element(candidates, {}, &Candidate::touch);
+        std::iter_swap(candidates.begin() + kWaysCompared - 1, last);
+        candidates.resize(kWaysCompared);
+    }
     std::optional<KnownPlace> nearest;
     double least = 0;
     for (const Candidate& candidate : candidates) {
-        const KnownPlace place{touch_starts_[candidate.touch], touches_[candidate.touch].position};
-        const double way = roadmap_.short_path(at_, place.from).length + (place.position - roadmap_.at(place.from)).norm();
+        KnownPlace place{touch_starts_[candidate.touch], touches_[candidate.touch].position};
+        double way = roadmap_.short_path(at_, place.from).length;
+        const double straight = (roadmap_.at(place.from) - roadmap_.at(at_)).norm();
+        place.straight = straight <= watch_->longest_hop() && way > kDetour * straight;
+        if (place.straight) way = straight;
+        way += 2 * (place.position - roadmap_.at(place.from)).norm();
+        if (next != kNoNode) way += roadmap_.short_path(place.from, next).length;
         if (nearest && way >= least) continue;
         nearest = place;
         least = way;
@@ -239,24 +283,17 @@ bool Tool::touch_again(const KnownPlace& place) {
     // What is outside ω may be outside the machine's limits.
     if (const auto chord = workspace_.clip(from, direction)) target = from + std::min((target - from).norm(), chord->high) * direction;
     const ProbeAnswer answer = oracle_.probe(target);
-    ++account_.checks;
+    note_check(answer, place.from);
     account_.probing += (answer.position - from).norm();
     const bool is_shown = answer.outcome == ProbeAnswer::Outcome::contact || answer.outcome == ProbeAnswer::Outcome::failed;
     if (is_shown) watch_->note_contact();
-    if (answer.outcome == ProbeAnswer::Outcome::contact) {
-        ++account_.contact;
-        touches_.push_back({answer.position, from, Touch::Role::check, std::nullopt});
-        touch_starts_.push_back(place.from);
-        last_touched_ = place;
-    } else if (answer.outcome == ProbeAnswer::Outcome::clear) {
-        ++account_.clear;
-    }
+    if (answer.outcome == ProbeAnswer::Outcome::contact) last_touched_ = place;
     go_back(answer.position);
     return is_shown;
 }
 
 void Tool::end_of_run() {
-    if (watch_ && watch_->is_in_doubt()) show_alive({}, false);
+    if (watch_ && watch_->is_in_doubt()) show_alive({}, kNoNode);
 }
 
 // --- going home ------------------------------------------------------------------------------------------------------
@@ -303,10 +340,8 @@ bool Tool::leave_along(const Vector& direction, double& way) {
         at_ = out;
         return true;
     }
+    note_check(answer, from);
     if (answer.outcome == ProbeAnswer::Outcome::contact) {
-        ++account_.contact;
-        touches_.push_back({answer.position, roadmap_.at(from), Touch::Role::check, std::nullopt});
-        touch_starts_.push_back(from);
         const Point back = roadmap_.at(from);
         oracle_.travel({&back, 1}, Ground::proven);
         way += (back - answer.position).norm();

@@ -72,6 +72,7 @@ private:
     struct KnownPlace {
         NodeId from = kNoNode;
         Point position = Point::Zero();
+        bool straight = false;  // its start is best reached straight, guarded
     };
 
     // One guarded move from the node where the tool is; its length is added to `way`. What vanishes (ProbeAnswer) is looked into.
@@ -79,16 +80,19 @@ private:
     ProbeAnswer ask_expecting(const Point& target, const Expected& expected);
     // Straight back from where a probe ended to the node where it began.
     void go_back(const Point& from);
-    void go_slowly(NodeId node);
+    // Over the roadmap; `slowly`: all of it at the feed of probes.
+    void move_along(NodeId node, bool slowly);
     // Through points that were found to be free.
     void follow(const std::vector<Point>& points, bool slowly);
-    // Touches a known place, none that is beside `doubtful`; then the tool is at its start, or back if that is asked for.
-    void show_alive(const std::optional<Point>& doubtful, bool and_return);
+    // Touches a known place, none that is beside `doubtful`, on the way to `next`, where the tool is then (kNoNode: where it touched from).
+    void show_alive(const std::optional<Point>& doubtful, NodeId next);
     // Nothing if no touch that is known can be made again.
-    [[nodiscard]] std::optional<KnownPlace> nearest_known(const std::vector<Point>& passed_over);
-    // Goes to its start first; twice if need be.
+    [[nodiscard]] std::optional<KnownPlace> nearest_known(const std::vector<Point>& passed_over, NodeId next);
+    // Straight to a node, guarded; false, and the tool is where it was, if something is met.
+    [[nodiscard]] bool hop_to(NodeId node);
+    void note_check(const ProbeAnswer& answer, NodeId from);
+    // From its start, where the tool is then again; twice if need be.
     [[nodiscard]] bool touch_known(const KnownPlace& place, bool twice);
-    // From its start, where the tool is then again.
     [[nodiscard]] bool touch_again(const KnownPlace& place);
     [[nodiscard]] Answer failed();
     // Guarded from the node where the tool is to ω's boundary; false, and the tool is where it was, if something is met.
