@@ -106,6 +106,7 @@ void GrblDevice::make_ready() {
 // --- what else runs --------------------------------------------------------------------------------------------------
 
 std::string GrblDevice::disturbance(const grbl::Conditions& conditions) const {
+    if (conditions.running.empty() && conditions.feed_override.value_or(kFullFeed) <= kFullFeed) return {};
     std::vector<std::string> found;
     const auto runs = [&](char letter) { return conditions.running.find(letter) != std::string::npos; };
     const bool is_laser = controller_.identity().number(grbl::setting::kLaserMode) == 1;

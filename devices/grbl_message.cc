@@ -51,10 +51,10 @@ Message parse_probe(std::string_view body, std::string_view line, std::optional<
     return ProbeReport{*position, flag == "1"};
 }
 
-// "100,100,100", each of which the firmware keeps from 10 to 200; else bytes got lost.
+// "100,100,100": feed, rapids, spindle. A comma that got lost leaves fewer and longer numbers.
 std::optional<int> parse_feed_override(std::string_view text) {
-    constexpr int kLeast = 10;
-    constexpr int kMost = 200;
+    constexpr int kLeast = 1;
+    constexpr int kMost = 999;
     const auto parts = split(text, ',');
     if (parts.size() != 3) return std::nullopt;
     for (const std::string_view part : parts) {

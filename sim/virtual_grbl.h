@@ -66,6 +66,7 @@ struct VirtualGrblOptions {
     bool soft_limits = false;              // $20, at the limits of the tool
     int status_mask = 1;                   // $10: bit 0 is MPos instead of WPos
     bool report_inches = false;            // $13
+    bool reports_overrides = true;         // Ov and A; a build option, on grblHAL a bit of $10
     Point work_offset = Point::Zero();     // mm, G54
     bool fresh_eeprom = false;             // error:7 and all settings come before the first banner
     double max_feed_mm_per_s = 100.0;      // $110 to $112

@@ -278,6 +278,7 @@ void GrblMachine::say_status() {
     }
     status.moving = state_ == State::run || state_ == State::hold || state_ == State::jog || state_ == State::home;
     status.position = reported_position();
+    status.tells_overrides = options_.reports_overrides;
     status.overrides = overrides_;
     status.modal = modal_;
     status.work_offset = frame_.offset(modal_);

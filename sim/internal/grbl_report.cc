@@ -74,7 +74,7 @@ std::string GrblStatusReport::next(const GrblStatus& status, const GrblSettings&
     }
     if (until_overrides_ > 0) {
         --until_overrides_;
-    } else {
+    } else if (status.tells_overrides) {
         until_overrides_ = (status.moving ? kOverridesMoving : kOverridesAtRest) - 1;
         const GrblOverrides& overrides = status.overrides;
         text += "|Ov:" + std::to_string(overrides.feed) + "," + std::to_string(overrides.rapid) + "," + std::to_string(overrides.spindle);

@@ -20,6 +20,7 @@ struct GrblStatus {
     bool probe_closed = false;
     bool probe_cut = false;
     bool homed = false;
+    bool tells_overrides = true;
     GrblOverrides overrides{};
     GrblModal modal{};  // of which spindle and coolant are told
     std::size_t planner_free = 0;

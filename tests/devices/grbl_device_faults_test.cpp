@@ -341,6 +341,37 @@ TEST_P(GrblDeviceFaults, AFeedOverrideThatStaysIsRefusedBeforeTheFirstMove) {
     EXPECT_EQ(tool->audit().moves, 0U);
 }
 
+TEST_P(GrblDeviceFaults, AControllerThatNeverReportsOverridesIsAccepted) {
+    options.reports_overrides = false;
+    power_on();
+    for (int k = 0; k < 10; ++k) grbl->receive("\x91");
+    ready();
+    expect_touch(probe(), kTouch);
+    EXPECT_LT(tool->audit().deepest_mm, 1.01 * stopping_distance(device_options.kinematics, 5) + kMicrometre) << "it was set all the same";
+    for (const MachineSetting& s : report_on(*device).settings) {
+        if (s.name != "feed override") continue;
+        EXPECT_EQ(s.value, "not reported");
+    }
+    behind_its_back("M3S1\n");
+    connect();
+    EXPECT_THAT(message_of<DeviceError>([&] { device->make_ready(); }), HasSubstr("spindle")) << "$G tells";
+}
+
+// What moves in a retreat may be a long way from what it left.
+TEST_P(GrblDeviceFaults, WhatIsSwitchedOnInARetreatStopsItThere) {
+    power_on();
+    behind_its_back("G21 G90 G38.3 X1 Y-2 Z3 F300\n");
+    connect();
+    stream->before_read = [&] {
+        if (tool_at().x() < 12) return;
+        grbl->receive("\x91");
+        stream->before_read = nullptr;
+    };
+    EXPECT_THAT(message_of<DeviceError>([&] { device->retreat({40, 0, 0}); }), AllOf(HasSubstr("override"), HasSubstr("and rests at")));
+    EXPECT_LT(tool_at().x(), 15);
+    EXPECT_NEAR((device->position() - tool_at()).norm(), 0, kMicrometre);
+}
+
 // Also on the way back, which is guarded and at the probe feed.
 TEST_P(GrblDeviceFaults, WhatIsSwitchedOnInMidMoveStopsTheToolAndTakesItBack) {
     const std::vector<std::pair<VirtualFault, std::string>> kCases{
@@ -416,12 +447,12 @@ TEST_P(GrblDeviceFaults, AnOverrideOf200AtAnyMomentOfATouchEndsOutside) {
 }
 
 TEST_P(GrblDeviceFaults, AnOverrideBelow100IsTheOperatorsDoing) {
-    const double moment = mid_move();
-    options.faults = std::vector<VirtualFault>(9, {Kind::pendant_key, When::time, moment, 0x92});
+    tool_options.start = Point(40, 0, 0) + kOrigin;
+    options.faults = std::vector<VirtualFault>(9, {Kind::pendant_key, When::time, 1.0, 0x92});
     ready();
     const double begin = seconds();
     expect_touch(probe(), kTouch);
-    EXPECT_GT(seconds() - begin, 8) << "it was not slow, so the test says nothing";
+    EXPECT_GT(seconds() - begin, 50) << "it was not slow, so the test says nothing";
 }
 
 TEST_P(GrblDeviceFaults, CheckTellsWhatRunsAndChangesNothing) {
