@@ -145,8 +145,8 @@ void GrblDevice::refuse_disturbed() {
     if (disturbed_.empty()) return;
     controller_.reset_feed_override();
     controller_.give_up();
-    throw DeviceError("on the machine on " + controller_.link().name() + " " + disturbed_ + "; the tool rests at " + point_text(position()) +
-                      " and nothing more moves: end it, then resume" + controller_.link().history());
+    throw DeviceError("on the machine on " + controller_.link().name() + " " + disturbed_ + "; the tool rests at " +
+                      point_text(position()) + " and nothing more moves: end it, then resume" + controller_.link().history());
 }
 
 void GrblDevice::slow_down_disturbed() {
@@ -350,7 +350,8 @@ void GrblDevice::stop_off_way(const Way& way) {
     controller_.give_up();
     throw BadAnswer("the machine on " + controller_.link().name() + " left its way from " + point_text(way.start) + " to " +
                     point_text(way.target) + " (machine coordinates) and was stopped at " + point_text(position_) +
-                    ": were bytes of the command lost on the line? Check the cable, then resume" + kMayBePressed + controller_.link().history());
+                    ": were bytes of the command lost on the line? Check the cable, then resume" + kMayBePressed +
+                    controller_.link().history());
 }
 
 void GrblDevice::fail_state(const std::string& state) {
@@ -397,7 +398,8 @@ std::string GrblDevice::problem_of(const ProbeEnd& end, const Way& way) const {
         if ((reported - way.target).norm() > tolerance) {
             return "reports no contact and an end at " + point_text(reported) + ", which is not the target";
         }
-        if ((rest - way.target).norm() > tolerance) return "reports no contact, but rests at " + point_text(rest) + ", which is not the target";
+        if ((rest - way.target).norm() > tolerance)
+            return "reports no contact, but rests at " + point_text(rest) + ", which is not the target";
         return {};
     }
     const std::string contact = "reports a contact at " + point_text(reported);
@@ -419,8 +421,9 @@ void GrblDevice::check_answer(ProbeEnd& end, const Way& way, double feed_mm_per_
     if (end.place.state != "Idle") controller_.stop();
     controller_.give_up();
     throw BadAnswer("the machine on " + controller_.link().name() + " " + what + " (move from " + point_text(way.start) + " to " +
-                    point_text(way.target) + ", machine coordinates): was it moved by something else, did it lose steps? Home it, then resume" +
-                    kMayBePressed + controller_.link().history());
+                    point_text(way.target) +
+                    ", machine coordinates): was it moved by something else, did it lose steps? Home it, then resume" + kMayBePressed +
+                    controller_.link().history());
 }
 
 void GrblDevice::check_on(const Segment& way, const Point& reported) {
@@ -441,9 +444,10 @@ double GrblDevice::longest_overrun(double feed_mm_per_s) const {
 void GrblDevice::check_overrun(double overrun, double feed_mm_per_s) {
     if (overrun <= longest_overrun(feed_mm_per_s)) return;
     controller_.give_up();
-    throw BadAnswer("the machine on " + controller_.link().name() + " came to rest " + number_text(overrun) +
-                    " mm past where it reports that its probe changed: was it moved by something else, did it lose steps? Home it, then resume" +
-                    controller_.link().history());
+    throw BadAnswer(
+        "the machine on " + controller_.link().name() + " came to rest " + number_text(overrun) +
+        " mm past where it reports that its probe changed: was it moved by something else, did it lose steps? Home it, then resume" +
+        controller_.link().history());
 }
 
 // --- going back ------------------------------------------------------------------------------------------------------

@@ -40,8 +40,8 @@ public:
     void make_ready();
 
     [[nodiscard]] Point position() const override { return position_ - options_.origin; }
-    // Throws, besides what Controller does, ProbeClosed, BadAnswer and Stopped; and DeviceError if something was switched on that make_ready
-    // refuses, after the tool went back as for a stop.
+    // Throws, besides what Controller does, ProbeClosed, BadAnswer and Stopped; and DeviceError if something was switched on that
+    // make_ready refuses, after the tool went back as for a stop.
     [[nodiscard]] MoveResult guarded_move(const Point& target, Pace pace) override;
     void stop() override { controller_.stop(); }
 

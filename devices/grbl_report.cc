@@ -85,8 +85,9 @@ void add_conditions(grbl::Controller& controller, std::vector<MachineSetting>& s
     add(is_laser ? "laser" : "spindle", runs('S') || runs('C'), "M5");
     add("coolant", runs('F') || runs('M'), "M9");
     const auto feed_override = controller.feed_override();
-    settings.push_back({"feed override", feed_override ? std::to_string(*feed_override) + " %" : "not reported",
-                        feed_override.value_or(100) > 100 ? "moves are faster than they are told: set it to 100 %, as a session will" : ""});
+    settings.push_back(
+        {"feed override", feed_override ? std::to_string(*feed_override) + " %" : "not reported",
+         feed_override.value_or(100) > 100 ? "moves are faster than they are told: set it to 100 %, as a session will" : ""});
 }
 
 std::string state_text(const grbl::Place& place, Homing homing) {

@@ -86,7 +86,8 @@ public:
     ~VirtualGrbl();
     VirtualGrbl(VirtualGrbl&&) noexcept;
 
-    // Real-time bytes (? ! ~ 0x18 0x85, overrides 0x90 to 0xA1) act at once; the rest goes into the receive buffer, and what finds it full is lost.
+    // Real-time bytes (? ! ~ 0x18 0x85, overrides 0x90 to 0xA1) act at once; the rest goes into the receive buffer, and what finds it full
+    // is lost.
     void receive(std::string_view bytes);
     void advance(Seconds time);
     [[nodiscard]] std::string take_output();

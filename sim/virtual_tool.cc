@@ -174,9 +174,7 @@ void VirtualTool::record(const ToolMotion& motion, double distance) {
     if (!options_.limits.contains(end, options_.kinematics.resolution_mm)) ++audit_.outside_limits;
 }
 
-bool VirtualTool::is_too_deep(double depth) const {
-    return depth > options_.kinematics.overtravel_mm + options_.kinematics.resolution_mm;
-}
+bool VirtualTool::is_too_deep(double depth) const { return depth > options_.kinematics.overtravel_mm + options_.kinematics.resolution_mm; }
 
 bool VirtualTool::is_fast(const ToolMotion& motion) const {
     constexpr double kRounding = 1.001;  // of a feed in whole mm/min

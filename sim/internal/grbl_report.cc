@@ -110,7 +110,8 @@ std::string parameters_report(const GrblFrame& frame, const GrblProbeRecord& rec
 
 std::string modal_report(const GrblModal& modal) {
     const std::string feed = number(modal.feed_mm_per_min / (modal.inches ? kInch : 1.0), modal.inches ? 1 : 0);
-    const std::string coolant = std::string(modal.mist ? " M7" : "") + (modal.flood ? " M8" : "") + (modal.mist || modal.flood ? "" : " M9");
+    const std::string coolant =
+        std::string(modal.mist ? " M7" : "") + (modal.flood ? " M8" : "") + (modal.mist || modal.flood ? "" : " M9");
     return "[GC:" + g_word(modal.motion) + " G" + std::to_string(54 + modal.work_system) + " G17 " + (modal.inches ? "G20" : "G21") + " " +
            (modal.incremental ? "G91" : "G90") + " G94 M" + std::to_string(modal.spindle) + coolant + " T0 F" + feed + " S0]\r\n";
 }

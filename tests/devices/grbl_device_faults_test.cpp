@@ -290,9 +290,9 @@ TEST_P(GrblDeviceFaults, ATouchThatRanOnFartherThanTheOvertravelIsAFault) {
 
 TEST_P(GrblDeviceFaults, WhatRunsIsRefusedBeforeTheFirstMove) {
     const std::vector<std::pair<std::string, std::string>> kCases{{"M3S1000", "spindle is on (M3; M5 ends it)"},
-                                                                 {"M4S1000", "spindle is on (M4; M5 ends it)"},
-                                                                 {"M7", "mist is on (M7; M9 ends it)"},
-                                                                 {"M8", "coolant is on (M8; M9 ends it)"}};
+                                                                  {"M4S1000", "spindle is on (M4; M5 ends it)"},
+                                                                  {"M7", "mist is on (M7; M9 ends it)"},
+                                                                  {"M8", "coolant is on (M8; M9 ends it)"}};
     for (const auto& [command, what] : kCases) {
         for (const Homing homing : {Homing::require, Homing::run, Homing::skip}) {
             SCOPED_TRACE(command);
@@ -374,12 +374,11 @@ TEST_P(GrblDeviceFaults, WhatIsSwitchedOnInARetreatStopsItThere) {
 
 // Also on the way back, which is guarded and at the probe feed.
 TEST_P(GrblDeviceFaults, WhatIsSwitchedOnInMidMoveStopsTheToolAndTakesItBack) {
-    const std::vector<std::pair<VirtualFault, std::string>> kCases{
-        {{Kind::spindle, When::time, 0, 3}, "spindle is on (M3"},
-        {{Kind::spindle, When::time, 0, 4}, "spindle is on (M4"},
-        {{Kind::pendant_key, When::time, 0, 0xA0}, "coolant is on (M8"},
-        {{Kind::pendant_key, When::time, 0, 0xA1}, "mist is on (M7"},
-        {{Kind::pendant_key, When::time, 0, 0x91}, "feed override is 110 %"}};
+    const std::vector<std::pair<VirtualFault, std::string>> kCases{{{Kind::spindle, When::time, 0, 3}, "spindle is on (M3"},
+                                                                   {{Kind::spindle, When::time, 0, 4}, "spindle is on (M4"},
+                                                                   {{Kind::pendant_key, When::time, 0, 0xA0}, "coolant is on (M8"},
+                                                                   {{Kind::pendant_key, When::time, 0, 0xA1}, "mist is on (M7"},
+                                                                   {{Kind::pendant_key, When::time, 0, 0x91}, "feed override is 110 %"}};
     const double moment = mid_move();
     for (const auto& [fault, what] : kCases) {
         SCOPED_TRACE(what);
@@ -489,9 +488,9 @@ struct FalsePosition {
     Kind kind;
     double argument = 0.0;
 };
-const std::vector<FalsePosition> kFalsePositions{{Kind::position_zero},        {Kind::position_frozen},       {Kind::position_swapped},
-                                                 {Kind::position_ahead, 30},   {Kind::position_ahead, -30},   {Kind::position_beside, 30},
-                                                 {Kind::position_beside, 3},   {Kind::position_ahead, 3},     {Kind::position_ahead, -3},
+const std::vector<FalsePosition> kFalsePositions{{Kind::position_zero},        {Kind::position_frozen},     {Kind::position_swapped},
+                                                 {Kind::position_ahead, 30},   {Kind::position_ahead, -30}, {Kind::position_beside, 30},
+                                                 {Kind::position_beside, 3},   {Kind::position_ahead, 3},   {Kind::position_ahead, -3},
                                                  {Kind::position_beside, 0.1}, {Kind::position_ahead, -0.2}};
 
 // From a contact on. The machine's own account: no deeper than the first stop, nothing unguarded, nothing outside the way that it came.
@@ -578,7 +577,9 @@ TEST_P(GrblDeviceFaults, AToolThatRanOnTooFarIsTakenOffAndThenTold) {
         tool_options.kinematics.overtravel_mm = 20.0;  // as deep as it goes is what the test makes
         power_on();
         ready();
-        EXPECT_THAT(message_of<DeviceError>([&] { (void)device->guarded_move({0, 0, 0}, Pace::travel); }),
+        EXPECT_THAT(message_of<DeviceError>([&] {
+                        (void)device->guarded_move({0, 0, 0}, Pace::travel);
+                    }),
                     AnyOf(HasSubstr("overtravel"), HasSubstr("past where it reports")));
         EXPECT_GT(tool->audit().deepest_mm, device_options.kinematics.overtravel_mm);
         EXPECT_FALSE(tool->is_probe_closed());

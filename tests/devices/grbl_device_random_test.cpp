@@ -21,9 +21,9 @@ class GrblDeviceRandom : public GrblDeviceTest {
 protected:
     // A missed trigger cannot be told from free space, nor can a lead that is cut, where the firmware does not look at it.
     VirtualFault random_fault() {
-        std::vector<Kind> kinds{Kind::stale_line,  Kind::lose_output,      Kind::late_answer, Kind::hang_up, Kind::io_error,
-                                Kind::press_reset, Kind::spurious_trigger, Kind::bounce,      Kind::alarm,   Kind::silence,
-                                Kind::spindle,     Kind::pendant_key};
+        std::vector<Kind> kinds{Kind::stale_line, Kind::lose_output, Kind::late_answer,      Kind::hang_up,
+                                Kind::io_error,   Kind::press_reset, Kind::spurious_trigger, Kind::bounce,
+                                Kind::alarm,      Kind::silence,     Kind::spindle,          Kind::pendant_key};
         VirtualFault fault{random.one_of(kinds), random.one_of<When>({When::line, When::probe, When::time})};
         if (is_hal() && random.chance(0.1)) fault = {Kind::cut_probe, When::probe};
         fault.at = fault.when == When::time ? random.uniform(0, 30) : 1.0 + static_cast<double>(random.below(12));
