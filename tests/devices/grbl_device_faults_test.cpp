@@ -570,6 +570,21 @@ TEST_P(GrblDeviceFaults, ALatchThatIsOffAlongTheWayEndsOpenAllTheSame) {
     }
 }
 
+// 5 mm before the touch, or as far behind where the tool stands.
+TEST_P(GrblDeviceFaults, ALatchThatCannotBeTrueIsNoAnswer) {
+    for (const double late : {-1.0, 1.0}) {
+        SCOPED_TRACE(late);
+        options.faults = {{Kind::latch_late, When::time, 0, late}};
+        power_on();
+        ready();
+        EXPECT_THAT(message_of<BadAnswer>([&] { (void)probe(); }), AnyOf(HasSubstr("past where it reports"), HasSubstr("may be pressed")));
+        EXPECT_FALSE(tool->is_moving());
+        EXPECT_LT(tool->audit().deepest_mm, stopping_distance(device_options.kinematics, 5) + 2 * kMicrometre) << "it moved on";
+        EXPECT_LT(tool_at().x(), 20);
+        EXPECT_THROW((void)probe(), PositionLost);
+    }
+}
+
 TEST_P(GrblDeviceFaults, AToolThatRanOnTooFarIsTakenOffAndThenTold) {
     for (const double latency : {0.06, 0.3, 0.45}) {
         SCOPED_TRACE(latency);
