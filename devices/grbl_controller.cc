@@ -2,6 +2,7 @@
 
 #include <algorithm>
 #include <charconv>
+#include <sstream>
 
 #include "devices/errors.h"
 
@@ -21,8 +22,9 @@ constexpr auto kQuiet = 60ms;
 constexpr auto kHomingTime = 300s;
 // The longest single probing move: a metre at 1 mm/s.
 constexpr auto kLongestMove = 1000s;
-// Grbl tells the work offset in one report of thirty at least.
+// Grbl tells the work offset in one report of thirty at least, the overrides of a machine at rest in one of ten, and grblHAL no less often.
 constexpr int kReportsWithOffset = 40;
+constexpr int kReportsWithOverrides = 25;
 // Of a machine at rest, until two agree.
 constexpr int kReadings = 5;
 constexpr double kMillimetresPerInch = 25.4;
@@ -38,6 +40,23 @@ bool is(const Message& message) {
 bool is_feedback(const Message& message, std::string_view kind) {
     const auto* feedback = std::get_if<Feedback>(&message);
     return feedback != nullptr && feedback->kind == kind;
+}
+
+// Of "G0 G54 … M5 M9 T0 F0 S0", in the letters that reports have for them. Nothing unless it tells of spindle and coolant.
+std::optional<std::string> accessories_of(const std::string& modes) {
+    bool has_spindle = false;
+    bool has_coolant = false;
+    std::string running;
+    std::istringstream words(modes);
+    for (std::string word; words >> word;) {
+        has_spindle |= word == "M3" || word == "M4" || word == "M5";
+        has_coolant |= word == "M7" || word == "M8" || word == "M9";
+        if (word == "M3") running += 'S';
+        if (word == "M4") running += 'C';
+        if (word == "M7") running += 'M';
+        if (word == "M8") running += 'F';
+    }
+    return has_spindle && has_coolant ? std::optional(running) : std::nullopt;
 }
 
 bool is_moving(const Place& place) {
@@ -86,6 +105,7 @@ std::optional<Message> Controller::next(std::chrono::nanoseconds until) {
     std::optional<Message> message = link_.receive(until);
     if (!message) return message;
     if (const auto* alarm = std::get_if<Alarm>(&*message)) on_alarm(*alarm);
+    if (const auto* status = std::get_if<Status>(&*message)) note_conditions(*status);
     if (is<Banner>(*message) && state_ != State::connecting) {
         state_ = State::lost;
         throw PositionLost("the controller on " + link_.name() +
@@ -94,6 +114,26 @@ std::optional<Message> Controller::next(std::chrono::nanoseconds until) {
                            link_.history());
     }
     return message;
+}
+
+void Controller::note_conditions(const Status& status) {
+    if (!status.running.empty()) conditions_.running = status.running;
+    if (status.feed_override) conditions_.feed_override = status.feed_override;
+}
+
+std::optional<int> Controller::feed_override() {
+    conditions_.feed_override.reset();
+    for (int k = 0; k < kReportsWithOverrides && !conditions_.feed_override; ++k) (void)place();
+    return conditions_.feed_override;
+}
+
+std::string Controller::active_accessories() {
+    const auto is_whole = [](const Message& m) { return is_feedback(m, "GC") && accessories_of(std::get<Feedback>(m).text); };
+    std::string active;
+    for (const Message& message : ask("$G", is_whole, kAnswerTime)) {
+        if (is_whole(message)) active = *accessories_of(std::get<Feedback>(message).text);
+    }
+    return active;
 }
 
 // A byte that got lost may leave another number: an offset counts once it was told twice.
@@ -321,6 +361,7 @@ bool Controller::reset_until_banner(std::chrono::nanoseconds until) {
 void Controller::reset() {
     state_ = State::connecting;
     has_motion_mode_ = true;
+    forget_conditions();
     forget_offset();  // a reset ends a shift of it (G92), and goes back to G54
     if (!reset_until_banner(link_.now() + kBootTime)) fail_silent("the banner after a reset");
     link_.drain(kQuiet);

@@ -30,6 +30,7 @@ inline constexpr int kSoftLimits = 20;
 inline constexpr int kHardLimits = 21;
 inline constexpr int kHomingCycle = 22;
 inline constexpr int kHomingDirections = 23;
+inline constexpr int kLaserMode = 32;
 inline constexpr int kStepsPerMm = 100;    // of x; y and z follow, likewise below
 inline constexpr int kMaxRate = 110;       // mm/min
 inline constexpr int kAcceleration = 120;  // mm/s²
@@ -51,6 +52,12 @@ struct Place {
     bool probe_closed = false;
     bool probe_unplugged = false;
     std::optional<bool> homed;  // where the firmware says so; as of the last report that did
+};
+
+// What runs besides the axes, and how fast the axes go of what they are told.
+struct Conditions {
+    std::string running;               // S or C spindle, F flood, M mist: letters of A in reports
+    std::optional<int> feed_override;  // %; nothing where no report told it
 };
 
 // Every call throws ConnectionLost, DeviceTimeout (with what was awaited and the last lines both ways), DeviceAlarm, or PositionLost
@@ -78,6 +85,15 @@ public:
     [[nodiscard]] ProbeReport last_probe();
     // What "G90 G21" coordinates are relative to, in mm. Asks until two reports agree. REQUIRES: connected.
     [[nodiscard]] const Point& work_offset();
+
+    // $G: what is commanded to run, in the letters of Conditions.
+    [[nodiscard]] std::string active_accessories();
+    // As the machine reports it; nothing if no report in a row long enough does. REQUIRES: nothing moves.
+    [[nodiscard]] std::optional<int> feed_override();
+    void reset_feed_override() { link_.send_realtime(kFeedOverrideTo100); }
+    // By the last reports that told. What ran stays until forget_conditions() or a reset, which ends it.
+    [[nodiscard]] const Conditions& conditions() const { return conditions_; }
+    void forget_conditions() { conditions_ = {}; }
 
     [[nodiscard]] State state() const { return state_; }
     [[nodiscard]] const Identity& identity() const { return identity_; }
@@ -113,6 +129,7 @@ private:
     void reset();
     // Ctrl-X until the banner comes; false if none does.
     [[nodiscard]] bool reset_until_banner(std::chrono::nanoseconds until);
+    void note_conditions(const Status& status);
     void note_offset(const Point& offset);
     void forget_offset();
     [[noreturn]] void on_alarm(const Alarm& alarm);
@@ -124,6 +141,7 @@ private:
     std::optional<Point> doubtful_offset_;  // another one, told once
     bool is_offset_sure_ = false;           // told twice
     std::optional<bool> homed_;
+    Conditions conditions_;
     bool has_motion_mode_ = true;  // one that an axis word alone would move with, for all that is known
 };
 

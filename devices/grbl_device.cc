@@ -7,6 +7,7 @@
 #include <sstream>
 
 #include "devices/errors.h"
+#include "devices/internal/way.h"
 #include "devices/trail.h"
 #include "planner/number_text.h"
 
@@ -46,6 +47,13 @@ constexpr double kHalfDiagonal = 0.8661;
 constexpr double kLastDigit = 0.001;
 constexpr double kLastInchDigit = 0.0001;
 constexpr double kSecondsPerMinute = 60.0;
+// %: a feed override that is above makes the tool run on farther than was reckoned.
+constexpr int kFullFeed = 100;
+// A byte that sets the override may get lost, and a report may be older than it.
+constexpr int kOverrideTries = 3;
+// Of an answer that cannot be true, where nothing was sent to free the tool.
+constexpr const char* kMayBePressed =
+    "; nothing was sent to take the tool back, so it may be pressed against what it touched: look, and free it by hand";
 
 // "G21G90G94G38.3N9999999X1.000Y2.000Z3.000F300": every line says its modes itself, so that no older command's can matter. The feed comes
 // last and has no decimals: whatever byte of it gets lost on the line, the tool is not faster than it may be. Without the line number a few
@@ -70,6 +78,7 @@ GrblDevice::GrblDevice(ByteStream& stream, Clock& clock, const GrblOptions& opti
 
 void GrblDevice::make_ready() {
     const std::string name = controller_.link().name();
+    require_quiet();
     const bool is_locked = controller_.state() == grbl::State::locked;
     const bool is_unhomed = controller_.place().homed == false;
     if (options_.homing == Homing::run && (is_locked || is_unhomed)) {
@@ -92,6 +101,73 @@ void GrblDevice::make_ready() {
     check_acceleration();
     position_ = place.position;
     last_ = controller_.last_probe();
+}
+
+// --- what else runs --------------------------------------------------------------------------------------------------
+
+std::string GrblDevice::disturbance(const grbl::Conditions& conditions) const {
+    if (conditions.running.empty() && conditions.feed_override.value_or(kFullFeed) <= kFullFeed) return {};
+    std::vector<std::string> found;
+    const auto runs = [&](char letter) { return conditions.running.find(letter) != std::string::npos; };
+    const bool is_laser = controller_.identity().number(grbl::setting::kLaserMode) == 1;
+    const std::string spindle = is_laser ? "the laser" : "the spindle";
+    if (runs('S')) found.push_back(spindle + " is on (M3; M5 ends it)");
+    if (runs('C')) found.push_back(spindle + " is on (M4; M5 ends it)");
+    if (runs('M')) found.emplace_back("the coolant mist is on (M7; M9 ends it)");
+    if (runs('F')) found.emplace_back("the coolant is on (M8; M9 ends it)");
+    if (conditions.feed_override.value_or(kFullFeed) > kFullFeed) {
+        found.push_back("the feed override is " + std::to_string(*conditions.feed_override) + " % (set it to 100 %)");
+    }
+    std::string text;
+    for (const std::string& one : found) text += (text.empty() ? "" : ", ") + one;
+    return text;
+}
+
+std::string GrblDevice::disturbance() const { return disturbance(controller_.conditions()); }
+
+void GrblDevice::require_quiet() {
+    controller_.forget_conditions();
+    std::string what = disturbance({controller_.active_accessories(), {}});
+    for (int k = 0; what.empty() && k < kOverrideTries; ++k) {
+        controller_.reset_feed_override();
+        if (controller_.feed_override().value_or(kFullFeed) <= kFullFeed) break;
+    }
+    if (what.empty()) what = disturbance();
+    if (!what.empty()) {
+        throw DeviceError("nothing has moved: on the machine on " + controller_.link().name() + " " + what + "; then go on");
+    }
+    disturbed_.clear();
+    is_quiet_ = true;
+}
+
+void GrblDevice::refuse_disturbed() {
+    if (disturbed_.empty()) disturbed_ = disturbance();
+    if (disturbed_.empty()) return;
+    controller_.reset_feed_override();
+    controller_.give_up();
+    throw DeviceError("on the machine on " + controller_.link().name() + " " + disturbed_ + "; the tool rests at " +
+                      point_text(position()) + " and nothing more moves: end it, then resume" + controller_.link().history());
+}
+
+void GrblDevice::slow_down_disturbed() {
+    const std::string what = disturbance();
+    if (what.empty()) return;
+    disturbed_ = what;
+    if (controller_.conditions().feed_override.value_or(kFullFeed) > kFullFeed) controller_.reset_feed_override();
+}
+
+void GrblDevice::stop_disturbed(const Way& way, OnStop on_stop) {
+    const std::string what = disturbance();
+    // At once: what it takes to stop grows with the square of the feed. Again after the reset, which may have come between.
+    controller_.reset_feed_override();
+    stop_on(way);
+    controller_.reset_feed_override();
+    const bool goes_back = on_stop == OnStop::go_back && controller_.feed_override().value_or(kFullFeed) <= kFullFeed;
+    if (goes_back) back_off(way.start, way.start, OnStop::finish);
+    controller_.give_up();
+    throw DeviceError("on the machine on " + controller_.link().name() + " " + what + ": the tool was stopped, " +
+                      (goes_back ? "went back to " : "and rests at ") + point_text(position()) + (goes_back ? " and rests there" : "") +
+                      "; end it, then resume" + controller_.link().history());
 }
 
 // DEVICES, "the floor of safety": what the stopping distance was computed with has to be true.
@@ -146,11 +222,12 @@ MoveResult GrblDevice::guarded_move(const Point& target, Pace pace) {
     if (!target.allFinite()) throw DeviceError("the target " + point_text(target) + " of a move is not finite: give three numbers in mm");
     const Point start = position_;
     const Point goal = rounded(target + options_.origin);
+    refuse_disturbed();
     // Grbl refuses a move to where it is (error:33).
     if (is_at(goal)) return {MoveResult::Outcome::reached, target};
     const double feed = options_.kinematics.feeds.of(pace);
     const ProbeEnd end = run_probe("G38.3", goal, feed, OnStop::go_back);
-    if (end.report.contact) check_signs(end.report, feed);
+    if (end.report.contact) check_again(end, feed);
     position_ = end.place.position;
     MoveResult result;
     result.position = end.report.contact ? Point(end.report.position - options_.origin) : target;
@@ -158,22 +235,23 @@ MoveResult GrblDevice::guarded_move(const Point& target, Pace pace) {
     if (!end.report.contact) return result;
     result.outcome = MoveResult::Outcome::contact;
     result.held = holds(end, start, feed);
-    retract(end.report.position, start);
+    retract(end.report.position, start, feed);
     return result;
 }
 
 GrblDevice::ProbeEnd GrblDevice::run_probe(const std::string& word, const Point& target, double feed_mm_per_s, OnStop on_stop) {
-    const Point start = position_;
+    const Way way(position_, target);
+    slow_down_disturbed();
     if (!last_) last_ = controller_.last_probe();
-    const Seconds expected = move_duration(options_.kinematics, (target - start).norm(), feed_mm_per_s);
+    const Seconds expected = move_duration(options_.kinematics, way.length, feed_mm_per_s);
     const auto longest = std::chrono::duration_cast<std::chrono::nanoseconds>(kPatience * expected) + kMoreTime;
     for (const bool again : {false, true}) {
         controller_.begin(probe_line(word, target - controller_.work_offset(), feed_mm_per_s));
-        std::optional<ProbeEnd> end = wait_for_end({start, target}, longest, on_stop);
-        if (!end) end = find_out(start, *last_);
+        std::optional<ProbeEnd> end = wait_for_end(way, longest, on_stop);
+        if (!end) end = find_out(way.start, *last_);
         if (!end) continue;
         end->repeated = end->repeated || again;
-        check_answer(*end, start, target, feed_mm_per_s);
+        check_answer(*end, way, feed_mm_per_s);
         controller_.end();
         last_ = end->report;
         return *end;
@@ -181,7 +259,7 @@ GrblDevice::ProbeEnd GrblDevice::run_probe(const std::string& word, const Point&
     controller_.fail_silent("the answer to a probing move that was sent twice");
 }
 
-std::optional<GrblDevice::ProbeEnd> GrblDevice::wait_for_end(const Segment& way, std::chrono::nanoseconds longest, OnStop on_stop) {
+std::optional<GrblDevice::ProbeEnd> GrblDevice::wait_for_end(const Way& way, std::chrono::nanoseconds longest, OnStop on_stop) {
     const auto now = [&] { return controller_.link().now(); };
     const auto begun = now();
     auto until = begun + longest;
@@ -191,7 +269,15 @@ std::optional<GrblDevice::ProbeEnd> GrblDevice::wait_for_end(const Segment& way,
     std::optional<std::chrono::nanoseconds> stands_since;
     std::optional<ProbeReport> report;
     while (true) {
-        if (stop_.stop_requested() && on_stop != OnStop::finish) stop_and_throw(way.source, on_stop);
+        if (stop_.stop_requested() && on_stop != OnStop::finish) stop_and_throw(way, on_stop);
+        if (on_stop == OnStop::finish) {
+            slow_down_disturbed();
+        } else if (!disturbance().empty()) {
+            stop_disturbed(way, on_stop);
+        }
+        // The operator may have it slower.
+        const int feed_override = controller_.conditions().feed_override.value_or(kFullFeed);
+        if (feed_override < kFullFeed) until = std::max(until, begun + longest * kFullFeed / feed_override);
         const auto message = controller_.next(poll);
         if (!message) {
             if (now() - heard > kSilence) controller_.fail_silent("the end of a probing move");
@@ -215,7 +301,7 @@ std::optional<GrblDevice::ProbeEnd> GrblDevice::wait_for_end(const Segment& way,
         // An `ok` before any report is an older command's.
         if (std::holds_alternative<grbl::Ok>(*message) && report) {
             Place place = controller_.place();
-            if (place.state == "Idle" && now() - begun < kParsing && (place.position - way.source).norm() <= tolerance()) {
+            if (place.state == "Idle" && now() - begun < kParsing && (place.position - way.start).norm() <= tolerance()) {
                 // Before it begins to move, the machine is idle, too.
                 controller_.pass_until(begun + kParsing);
                 place = controller_.place();
@@ -253,18 +339,19 @@ bool GrblDevice::holds(const ProbeEnd& end, const Point& start, double feed_mm_p
     return controller_.place().probe_closed;
 }
 
-bool GrblDevice::is_off(const Segment& way, const Place& place) const { return distance_to(way, place.position) > kOffWay + tolerance(); }
+bool GrblDevice::is_off(const Way& way, const Place& place) const { return way.distance_to(place.position) > kOffWay + tolerance(); }
 
-void GrblDevice::stop_off_way(const Segment& way) {
+void GrblDevice::stop_off_way(const Way& way) {
     // What came may be a damaged report.
     const Place place = controller_.place();
     if (!is_off(way, place)) return;
     controller_.stop();
     position_ = controller_.place().position;
     controller_.give_up();
-    throw BadAnswer("the machine on " + controller_.link().name() + " left its way from " + point_text(way.source) + " to " +
+    throw BadAnswer("the machine on " + controller_.link().name() + " left its way from " + point_text(way.start) + " to " +
                     point_text(way.target) + " (machine coordinates) and was stopped at " + point_text(position_) +
-                    ": were bytes of the command lost on the line? Check the cable, then resume" + controller_.link().history());
+                    ": were bytes of the command lost on the line? Check the cable, then resume" + kMayBePressed +
+                    controller_.link().history());
 }
 
 void GrblDevice::fail_state(const std::string& state) {
@@ -287,36 +374,64 @@ std::optional<GrblDevice::ProbeEnd> GrblDevice::find_out(const Point& start, con
     return std::nullopt;
 }
 
-// A minus that got lost on the line leaves another number. Where that is as credible, the machine has to say it twice.
-void GrblDevice::check_signs(const ProbeReport& report, double feed_mm_per_s) {
+// A minus that got lost on the line leaves another number. Where that is as credible, or the tool far from what it says that it touched,
+// the machine has to say it twice.
+void GrblDevice::check_again(const ProbeEnd& end, double feed_mm_per_s) {
+    const ProbeReport& report = end.report;
     const double between = longest_overrun(feed_mm_per_s);
     const auto is_doubtful = [between](double c) { return c > 0 && 2 * c <= between; };
-    if (!std::ranges::any_of(report.position, is_doubtful)) return;
+    const bool is_far = (end.place.position - report.position).norm() > between;
+    if (!is_far && !std::ranges::any_of(report.position, is_doubtful)) return;
     const ProbeReport again = controller_.last_probe();
     if (again.position == report.position && again.contact == report.contact) return;
     controller_.give_up();
     throw BadAnswer("the machine on " + controller_.link().name() + " reports a contact at " + point_text(report.position) + ", then at " +
                     point_text(again.position) + " (machine coordinates): bytes are lost on the line; check the cable, then resume" +
+                    kMayBePressed + controller_.link().history());
+}
+
+std::string GrblDevice::problem_of(const ProbeEnd& end, const Way& way) const {
+    const double tolerance = this->tolerance();
+    const Point& reported = end.report.position;
+    const Point& rest = end.place.position;
+    if (!end.report.contact) {
+        if ((reported - way.target).norm() > tolerance) {
+            return "reports no contact and an end at " + point_text(reported) + ", which is not the target";
+        }
+        if ((rest - way.target).norm() > tolerance)
+            return "reports no contact, but rests at " + point_text(rest) + ", which is not the target";
+        return {};
+    }
+    const std::string contact = "reports a contact at " + point_text(reported);
+    if (way.distance_to(reported) > tolerance) return contact + ", which is not on its way";
+    if (way.distance_to(rest) > tolerance) return contact + ", but rests at " + point_text(rest) + ", which is not on its way";
+    if (way.place_of(rest) < way.place_of(reported) - tolerance) return contact + ", but rests before it, at " + point_text(rest);
+    return {};
+}
+
+void GrblDevice::check_answer(ProbeEnd& end, const Way& way, double feed_mm_per_s) {
+    std::string what = problem_of(end, way);
+    const bool is_far = end.report.contact && (end.place.position - end.report.position).norm() > longest_overrun(feed_mm_per_s);
+    if (!what.empty() || is_far) {
+        // A byte of the report may have got lost.
+        end.place = controller_.place();
+        what = problem_of(end, way);
+    }
+    if (what.empty()) return;
+    if (end.place.state != "Idle") controller_.stop();
+    controller_.give_up();
+    throw BadAnswer("the machine on " + controller_.link().name() + " " + what + " (move from " + point_text(way.start) + " to " +
+                    point_text(way.target) +
+                    ", machine coordinates): was it moved by something else, did it lose steps? Home it, then resume" + kMayBePressed +
                     controller_.link().history());
 }
 
-void GrblDevice::check_answer(const ProbeEnd& end, const Point& start, const Point& target, double feed_mm_per_s) {
-    const double tolerance = this->tolerance();
-    const Point& reported = end.report.position;
-    std::string what;
-    if (!end.report.contact && (reported - target).norm() > tolerance) {
-        what = "reports no contact and an end at " + point_text(reported) + ", which is not the target";
-    } else if (!end.report.contact && (end.place.position - target).norm() > tolerance) {
-        what = "reports no contact, but rests at " + point_text(end.place.position) + ", which is not the target";
-    } else if (end.report.contact && distance_to({start, target}, reported) > tolerance) {
-        what = "reports a contact at " + point_text(reported) + ", which is not on its way";
-    } else if (end.report.contact && (end.place.position - reported).norm() > longest_overrun(feed_mm_per_s)) {
-        what = "reports a contact at " + point_text(reported) + ", but rests far from it, at " + point_text(end.place.position);
-    }
-    if (what.empty()) return;
+void GrblDevice::check_on(const Segment& way, const Point& reported) {
+    if (distance_to(way, reported) <= tolerance()) return;
     controller_.give_up();
-    throw BadAnswer("the machine on " + controller_.link().name() + " " + what + " (move from " + point_text(start) + " to " +
-                    point_text(target) + ", machine coordinates): was it moved by something else, did it lose steps? Home it, then resume" +
+    throw BadAnswer("the machine on " + controller_.link().name() + " reports that it rests at " + point_text(reported) +
+                    ", which is not on its way between " + point_text(way.source) + " and " + point_text(way.target) +
+                    " (machine coordinates): was it moved by something else, did it lose steps? Home it, then resume" + kMayBePressed +
                     controller_.link().history());
 }
 
@@ -326,23 +441,42 @@ double GrblDevice::longest_overrun(double feed_mm_per_s) const {
     return kPatience * std::max(options_.kinematics.overtravel_mm, expected) + tolerance();
 }
 
+void GrblDevice::check_overrun(double overrun, double feed_mm_per_s) {
+    if (overrun <= longest_overrun(feed_mm_per_s)) return;
+    controller_.give_up();
+    throw BadAnswer(
+        "the machine on " + controller_.link().name() + " came to rest " + number_text(overrun) +
+        " mm past where it reports that its probe changed: was it moved by something else, did it lose steps? Home it, then resume" +
+        controller_.link().history());
+}
+
 // --- going back ------------------------------------------------------------------------------------------------------
 
-void GrblDevice::stop_and_throw(const Point& start, OnStop on_stop) {
+void GrblDevice::stop_on(const Way& way) {
     controller_.stop();
     last_.reset();  // by the reset in it
     position_ = controller_.resting_place().position;
-    if (on_stop == OnStop::go_back) back_off(start, OnStop::finish);
+    check_on({way.start, way.target}, position_);
+}
+
+void GrblDevice::stop_and_throw(const Way& way, OnStop on_stop) {
+    stop_on(way);
+    if (on_stop == OnStop::go_back) back_off(way.start, way.start, OnStop::finish);
     throw Stopped(std::string("stopped by the operator; the tool ") + (on_stop == OnStop::go_back ? "went back to " : "rests at ") +
                   point_text(position()) + (on_stop == OnStop::go_back ? " and rests there" : ""));
 }
 
-void GrblDevice::retract(const Point& contact, const Point& start) {
-    const double overrun = (position_ - contact).norm();
-    const Vector back = start - contact;
+Point GrblDevice::before(const Point& place, const Point& start) const {
+    const Vector back = start - place;
     const double length = back.norm();
     const double share = length > 0 ? std::min(options_.kinematics.retract_mm, length) / length : 0.0;
-    back_off(rounded(contact + share * back), OnStop::finish);
+    return rounded(place + share * back);
+}
+
+void GrblDevice::retract(const Point& contact, const Point& start, double feed_mm_per_s) {
+    const double overrun = (position_ - contact).norm();
+    back_off(before(contact, start), start, OnStop::finish);
+    check_overrun(overrun, feed_mm_per_s);
     if (overrun > options_.kinematics.overtravel_mm) {
         controller_.give_up();
         std::ostringstream message;
@@ -353,18 +487,34 @@ void GrblDevice::retract(const Point& contact, const Point& start) {
     }
 }
 
-void GrblDevice::back_off(const Point& target, OnStop on_stop) {
+void GrblDevice::back_off(Point target, const Point& start, OnStop on_stop) {
     const double feed = options_.kinematics.feeds.probe_mm_per_s;
+    const Segment way{position_, start};
     Place place = controller_.place();
+    bool seeks_opening = false;
     for (int bounces = 0;; ++bounces) {
+        // A byte of the report may have got lost.
+        if (distance_to(way, place.position) > tolerance()) place = controller_.place();
+        check_on(way, place.position);
         position_ = place.position;
-        const bool is_there = is_at(target);
-        if (is_there && (!place.probe_closed || opens_soon())) return;
-        if (is_there || bounces == kMaxBounces) break;
+        if (is_at(target)) {
+            if (!place.probe_closed || opens_soon()) return;
+            if (is_at(start)) break;
+            target = start;
+            seeks_opening = true;
+        }
+        if (bounces == kMaxBounces) break;
+        const bool releases = place.probe_closed;
         try {
-            place = run_probe(place.probe_closed ? "G38.5" : "G38.3", target, feed, on_stop).place;
+            const ProbeEnd end = run_probe(releases ? "G38.5" : "G38.3", target, feed, on_stop);
+            place = end.place;
+            if (end.report.contact) check_overrun((place.position - end.report.position).norm(), feed);
+            if (seeks_opening && releases && end.report.contact) {
+                target = before(end.report.position, start);
+                seeks_opening = false;
+            }
         } catch (const ProbeClosed&) {
-            // It bounced between the question and the move; ALARM:4 keeps the position.
+            // It bounced between the question and the move, which did not begin; ALARM:4 keeps the position.
             controller_.unlock();
             last_.reset();
             place = controller_.place();
@@ -372,7 +522,8 @@ void GrblDevice::back_off(const Point& target, OnStop on_stop) {
     }
     controller_.give_up();
     throw ProbeClosed("the probe on " + controller_.link().name() + " stays closed although the tool went back to " +
-                      point_text(position()) + ": is it stuck, bent, or its lead shorted? Free it, then resume" +
+                      point_text(position()) +
+                      ": the tool is pressed against something, or the probe is stuck, bent, or its lead shorted. Free it, then resume" +
                       controller_.link().history());
 }
 
@@ -385,6 +536,12 @@ bool GrblDevice::opens_soon() {
     return false;
 }
 
-void GrblDevice::retreat(const Point& target) { back_off(rounded(target + options_.origin), OnStop::stay); }
+void GrblDevice::retreat(const Point& target) {
+    if (!is_quiet_) require_quiet();
+    refuse_disturbed();
+    const Point goal = rounded(target + options_.origin);
+    position_ = controller_.resting_place().position;
+    back_off(goal, goal, OnStop::stay);
+}
 
 }  // namespace palpate

@@ -29,7 +29,7 @@ void Link::send(const std::string& line) {
 }
 
 void Link::send_realtime(char byte) {
-    remember('>', byte == kReset ? "Ctrl-X" : std::string(1, byte));
+    remember('>', byte == kReset ? "Ctrl-X" : byte == kFeedOverrideTo100 ? "0x90 (feed override to 100 %)" : std::string(1, byte));
     stream_.write({&byte, 1});
 }
 

@@ -15,6 +15,7 @@ namespace palpate::grbl {
 inline constexpr char kAskStatus = '?';
 inline constexpr char kFeedHold = '!';
 inline constexpr char kReset = '\x18';
+inline constexpr char kFeedOverrideTo100 = '\x90';
 
 class Link {
 public:

@@ -51,6 +51,28 @@ Message parse_probe(std::string_view body, std::string_view line, std::optional<
     return ProbeReport{*position, flag == "1"};
 }
 
+// "100,100,100": feed, rapids, spindle. A comma that got lost leaves fewer and longer numbers.
+std::optional<int> parse_feed_override(std::string_view text) {
+    constexpr int kLeast = 1;
+    constexpr int kMost = 999;
+    const auto parts = split(text, ',');
+    if (parts.size() != 3) return std::nullopt;
+    for (const std::string_view part : parts) {
+        const auto value = parse_int(part);
+        if (!value || *value < kLeast || *value > kMost) return std::nullopt;
+    }
+    return parse_int(parts[0]);
+}
+
+// What runs besides the axes; other letters say other things (a tool change, an encoder).
+std::string running_of(std::string_view accessories) {
+    std::string running;
+    for (const char c : accessories) {
+        if (std::string_view("SCFM").find(c) != std::string_view::npos) running += c;
+    }
+    return running;
+}
+
 Message parse_status(std::string_view line, std::optional<std::size_t> decimals) {
     const Unknown damaged{std::string(line)};
     const auto fields = split(line.substr(1, line.size() - 2), '|');
@@ -80,6 +102,11 @@ Message parse_status(std::string_view line, std::optional<std::size_t> decimals)
             status.probe_closed = value.find('P') != std::string_view::npos;
             status.probe_unplugged = value.find('O') != std::string_view::npos;
         }
+        if (key == "Ov") {
+            status.feed_override = parse_feed_override(value);
+            good = status.feed_override.has_value();
+        }
+        if (key == "A") status.running = running_of(value);
         if (key == "H") status.homed = value.substr(0, 1) == "1";
         if (!good) return damaged;
     }

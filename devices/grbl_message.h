@@ -36,6 +36,9 @@ struct Status {
     bool probe_closed = false;     // Pn:P
     bool probe_unplugged = false;  // Pn:O, grblHAL
     std::optional<bool> homed;     // H:0, H:1, grblHAL
+    // Told in some reports only, and in the next one after a change.
+    std::optional<int> feed_override;  // %, the first of Ov
+    std::string running;               // of A: S or C spindle, F flood, M mist; empty where it says nothing of them
 };
 // "$110=500.000".
 struct Setting {

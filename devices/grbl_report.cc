@@ -73,6 +73,23 @@ std::optional<Box> reach_of(const grbl::Identity& identity, const Point& origin)
     return Box{box.min - origin, box.max - origin};
 }
 
+// What a session would refuse, and what it would set itself.
+void add_conditions(grbl::Controller& controller, std::vector<MachineSetting>& settings) {
+    const bool is_laser = controller.identity().number(kLaserMode) == 1;
+    const std::string running = controller.active_accessories() + controller.conditions().running;
+    const auto runs = [&](char letter) { return running.find(letter) != std::string::npos; };
+    const auto add = [&](const std::string& name, bool is_on, const std::string& end) {
+        settings.push_back({name, is_on ? "on" : "off", is_on ? "nothing moves while it is on: end it with " + end : ""});
+    };
+    if (is_laser) settings.push_back({"$32 laser mode", "1: M3 and M4 mean the laser", ""});
+    add(is_laser ? "laser" : "spindle", runs('S') || runs('C'), "M5");
+    add("coolant", runs('F') || runs('M'), "M9");
+    const auto feed_override = controller.feed_override();
+    settings.push_back(
+        {"feed override", feed_override ? std::to_string(*feed_override) + " %" : "not reported",
+         feed_override.value_or(100) > 100 ? "moves are faster than they are told: set it to 100 %, as a session will" : ""});
+}
+
 std::string state_text(const grbl::Place& place, Homing homing) {
     std::string text = place.state;
     if (place.state == "Alarm") {
@@ -115,6 +132,7 @@ MachineReport report_on(GrblDevice& device) {
     const bool is_refused = device.options().homing == Homing::require && (place.state == "Alarm" || place.homed == false);
     report.settings.push_back({"ready", is_refused ? "no" : "yes", is_refused ? "home it, or say machine.homing: run or skip" : ""});
     report.settings.push_back({"work offset (WCO)", point_text(controller.work_offset()), ""});
+    add_conditions(controller, report.settings);
     report.settings.push_back({"probe",
                                place.probe_unplugged ? "unplugged"
                                : place.probe_closed  ? "closed"

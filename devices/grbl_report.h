@@ -6,7 +6,8 @@
 
 namespace palpate {
 
-// Reads what the device learnt when it connected, and asks for a status. Moves nothing. Throws what Controller::place() throws.
+// Reads what the device learnt when it connected, and asks for its status and modes ($G). Moves nothing and changes nothing. Throws what
+// Controller::place() throws.
 [[nodiscard]] MachineReport report_on(GrblDevice& device);
 
 }  // namespace palpate

@@ -32,13 +32,23 @@ struct VirtualFault {
         cut_probe,         // the lead of the probe is cut: it never closes again
         dead_probe,        // ... and the firmware does not notice: it reads as one that is open
         mend_probe,        // ... until it is mended
+        pendant_key,       // the real-time byte `argument` comes from a pendant: overrides, hold, coolant
+        spindle,           // a pendant commands M`argument`: 3, 4 or 5
+        // What reports say of the position from now on, whatever [PRB:…] says:
+        position_zero,     // 0,0,0
+        position_frozen,   // where it is now
+        position_ahead,    // `argument` mm farther in the direction of the last probe move
+        position_beside,   // ... across it
+        position_swapped,  // x as y and y as x
+        latch_late,        // a probe move latches where it is `argument` s later at its feed, or earlier, from now on
         alarm,             // ALARM:`argument`, instead of the line or the probe move
         silence,           // the controller dies: nothing moves or answers any more, until the reset button is pressed
     };
     enum class When {
-        line,   // as the `at`-th line that is not empty is about to be executed; counts from 1
-        probe,  // as the `at`-th G38 move begins; counts from 1
-        time,   // `at` seconds after power-on
+        line,     // as the `at`-th line that is not empty is about to be executed; counts from 1
+        probe,    // as the `at`-th G38 move begins; counts from 1
+        contact,  // as the tool has come to rest after the `at`-th contact, before it is told; counts from 1
+        time,     // `at` seconds after power-on
     };
     Kind kind = Kind::stale_line;
     When when = When::line;
@@ -56,6 +66,7 @@ struct VirtualGrblOptions {
     bool soft_limits = false;              // $20, at the limits of the tool
     int status_mask = 1;                   // $10: bit 0 is MPos instead of WPos
     bool report_inches = false;            // $13
+    bool reports_overrides = true;         // Ov and A; a build option, on grblHAL a bit of $10
     Point work_offset = Point::Zero();     // mm, G54
     bool fresh_eeprom = false;             // error:7 and all settings come before the first banner
     double max_feed_mm_per_s = 100.0;      // $110 to $112
@@ -75,7 +86,8 @@ public:
     ~VirtualGrbl();
     VirtualGrbl(VirtualGrbl&&) noexcept;
 
-    // Real-time bytes (? ! ~ 0x18 0x85) act at once; the rest goes into the receive buffer, and what finds it full is lost.
+    // Real-time bytes (? ! ~ 0x18 0x85, overrides 0x90 to 0xA1) act at once; the rest goes into the receive buffer, and what finds it full
+    // is lost.
     void receive(std::string_view bytes);
     void advance(Seconds time);
     [[nodiscard]] std::string take_output();

@@ -34,7 +34,20 @@ void VirtualTool::start_move(const Point& target, double feed_mm_per_s, Guard gu
 }
 
 void VirtualTool::decelerate() {
-    if (motion_) motion_->profile = motion_->profile.stopped_from(now_ - motion_->start);
+    if (!motion_) return;
+    motion_->profile = motion_->profile.stopped_from(now_ - motion_->start);
+    motion_->is_stopping = true;
+}
+
+void VirtualTool::change_feed(double feed_mm_per_s) {
+    assert(feed_mm_per_s > 0.0);
+    if (!motion_ || motion_->is_stopping) return;
+    const double travelled = motion_->travelled(now_);
+    const double left = std::max(0.0, motion_->whole() - travelled);
+    motion_->profile = Trapezoid(left, feed_mm_per_s, options_.kinematics.acceleration_mm_per_s2, speed_mm_per_s());
+    motion_->base = travelled;
+    motion_->start = now_;
+    motion_->feed_mm_per_s = std::max(motion_->feed_mm_per_s, feed_mm_per_s);
 }
 
 void VirtualTool::abort() {
@@ -125,7 +138,7 @@ void VirtualTool::handle_events() {
         motion_->slow_down.reset();
         decelerate();
     }
-    if (!motion_->next_crossing() && motion_->end() <= now_) end_motion(motion_->profile.length());
+    if (!motion_->next_crossing() && motion_->end() <= now_) end_motion(motion_->end_distance());
 }
 
 void VirtualTool::watch(double distance) {
@@ -161,9 +174,7 @@ void VirtualTool::record(const ToolMotion& motion, double distance) {
     if (!options_.limits.contains(end, options_.kinematics.resolution_mm)) ++audit_.outside_limits;
 }
 
-bool VirtualTool::is_too_deep(double depth) const {
-    return depth > options_.kinematics.overtravel_mm + options_.kinematics.resolution_mm;
-}
+bool VirtualTool::is_too_deep(double depth) const { return depth > options_.kinematics.overtravel_mm + options_.kinematics.resolution_mm; }
 
 bool VirtualTool::is_fast(const ToolMotion& motion) const {
     constexpr double kRounding = 1.001;  // of a feed in whole mm/min

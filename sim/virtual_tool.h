@@ -57,6 +57,8 @@ public:
     void start_move(const Point& target, double feed_mm_per_s, Guard guard);
     // Slows down now and stays; hold() of a machine.
     void decelerate();
+    // Of the move under way, from now on; one that slows down to stop goes on doing so. REQUIRES: feed > 0.
+    void change_feed(double feed_mm_per_s);
     // Stops counting steps: a reset. If it was moving, the mass runs on uncounted, as far as braking takes: the position is lost.
     void abort();
     void advance(Seconds time);

@@ -153,6 +153,25 @@ void GrblMachine::apply(const VirtualFault& fault) {
             probe_cut_ = fault.kind == Kind::cut_probe;
             tool_.set_unplugged(fault.kind != Kind::mend_probe);
             break;
+        case Kind::pendant_key:
+            handle_realtime(static_cast<char>(static_cast<int>(fault.argument)));
+            break;
+        case Kind::spindle:
+            modal_.spindle = static_cast<int>(fault.argument);
+            status_.overrides_changed();
+            break;
+        case Kind::position_zero:
+        case Kind::position_frozen:
+        case Kind::position_ahead:
+        case Kind::position_beside:
+        case Kind::position_swapped:
+            position_fault_ = fault;
+            frozen_position_ = tool_.position();
+            position_shift_ = fault.argument * (fault.kind == Kind::position_ahead ? probe_direction_ : probe_direction_.unitOrthogonal());
+            break;
+        case Kind::latch_late:
+            latch_delay_ = Seconds(fault.argument);
+            break;
         case Kind::silence:
             tool_.abort();
             planner_.clear();

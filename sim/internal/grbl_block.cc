@@ -64,7 +64,7 @@ public:
     bool has_motion_word = false;
 
 private:
-    enum class Group { none, motion, plane, distance, feed, units, work, other };
+    enum class Group { none, motion, plane, distance, feed, units, work, spindle, coolant, other };
 
     int take(Group group) { return groups_.insert(group).second ? 0 : kModalGroup; }
 
@@ -137,10 +137,24 @@ private:
         }
     }
 
-    // Spindle, coolant and the end of a program: known, and without effect here.
-    static int add_m(double value) {
+    int add_m(double value) {
         constexpr std::array kKnown{0.0, 1.0, 2.0, 3.0, 4.0, 5.0, 7.0, 8.0, 9.0, 30.0};
-        return std::ranges::find(kKnown, value) != kKnown.end() ? 0 : kUnsupported;
+        if (std::ranges::find(kKnown, value) == kKnown.end()) return kUnsupported;
+        const int code = static_cast<int>(value);
+        if (code == 2 || code == 30) {  // the end of a program
+            modal.spindle = 5;
+            modal.mist = modal.flood = false;
+        }
+        if (code >= 3 && code <= 5) {
+            modal.spindle = code;
+            return take(Group::spindle);
+        }
+        if (code >= 7 && code <= 9) {
+            modal.mist = code == 7 || (code == 8 && modal.mist);
+            modal.flood = code == 8 || (code == 7 && modal.flood);
+            return take(Group::coolant);
+        }
+        return 0;
     }
 
     std::map<char, double> values_;

@@ -17,6 +17,9 @@ struct GrblModal {
     bool inches = false;
     bool incremental = false;
     double feed_mm_per_min = 0.0;
+    int spindle = 5;  // 3, 4 or 5 of M3 to M5
+    bool mist = false;
+    bool flood = false;
 };
 
 // Where the parser thinks that the tool is, and what work coordinates are. Machine coordinates, mm.

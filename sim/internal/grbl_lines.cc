@@ -1,5 +1,6 @@
 // What the lines do that a virtual GRBL controller receives.
 #include <algorithm>
+#include <tuple>
 
 #include "devices/kinematics.h"
 #include "sim/internal/grbl_machine.h"
@@ -24,8 +25,7 @@ constexpr int kProbeClosedAlarm = 4;
 constexpr int kProbeMissedAlarm = 5;
 
 constexpr double kSecondsPerMinute = 60.0;
-// mm/s: the firmware goes no slower, whatever the line and $110 say (MINIMUM_FEED_RATE).
-constexpr double kMinimumFeed = 1.0 / kSecondsPerMinute;
+constexpr double kMinimumFeed = GrblPlanner::kMinimumFeed;
 constexpr double kHomingFeed = 25.0;  // mm/s
 constexpr Seconds kHomingLatch{1.0};  // back off the switches and touch them again
 constexpr int kBounces = 2;           // of a move that bounces by chance
@@ -195,6 +195,8 @@ void GrblMachine::execute_code(std::string_view line) {
         return;
     }
     const bool moved_origin = block.modal.work_system != modal_.work_system;
+    const auto runs = [](const GrblModal& modal) { return std::tuple(modal.spindle, modal.mist, modal.flood); };
+    if (runs(block.modal) != runs(modal_)) status_.overrides_changed();
     modal_ = block.modal;
     if (moved_origin) status_.offset_changed();
     switch (block.action) {
@@ -241,10 +243,12 @@ void GrblMachine::execute_motion(const GrblBlock& block) {
     }
     const bool is_rapid = block.action == GrblBlock::Action::rapid;
     const double feed = is_rapid ? std::max(kMinimumFeed, settings_.max_feed_mm_per_s()) : feed_of(modal_, settings_);
-    const auto begin = [this, target = block.target, feed] {
+    const GrblMove move{block.target, feed, VirtualTool::Guard::none, is_rapid ? GrblMove::Override::rapid : GrblMove::Override::feed,
+                        settings_.max_feed_mm_per_s()};
+    const auto begin = [this, move] {
         state_ = State::run;
-        frame_.position = target;
-        planner_.add({target, feed, VirtualTool::Guard::none});
+        frame_.position = move.target;
+        planner_.add(move);
         answer(0);
     };
     blocked_ = Blocked{Blocked::On::slot, now_, Hearing::all, true, false, begin};
@@ -273,10 +277,14 @@ void GrblMachine::begin_probe(const GrblBlock& block) {
     }
     const double feed = feed_of(modal_, settings_);
     const double length = (block.target - tool_.position()).norm();
+    probe_feed_mm_per_s_ = feed;
+    if (length > 0.0) probe_direction_ = (block.target - tool_.position()) / length;
     if (spurious_share_) spurious_at_ = now_ + *spurious_share_ * move_duration(tool_.options().kinematics, length, feed);
-    const auto begin = [this, motion, feed, target = block.target] {
+    const GrblMove move{block.target, feed, goes_away(motion) ? VirtualTool::Guard::until_release : VirtualTool::Guard::until_contact,
+                        GrblMove::Override::feed, settings_.max_feed_mm_per_s()};
+    const auto begin = [this, motion, move] {
         state_ = State::run;
-        planner_.add({target, feed, goes_away(motion) ? VirtualTool::Guard::until_release : VirtualTool::Guard::until_contact});
+        planner_.add(move);
         wait_for_rest([this, motion] { finish_probe(motion); });
     };
     if (options_.parse_time.count() > 0) {
@@ -288,8 +296,16 @@ void GrblMachine::begin_probe(const GrblBlock& block) {
 
 void GrblMachine::finish_probe(int motion) {
     spurious_at_.reset();
-    const auto trigger = tool_.trigger();
+    auto trigger = tool_.trigger();
     const Point end = tool_.position();
+    if (trigger && !goes_away(motion)) {
+        if (const auto code = suffer(VirtualFault::When::contact, static_cast<double>(++contacts_))) {
+            raise_alarm(*code, true);
+            return;
+        }
+        if (silent_ || blocked_) return;  // by a fault
+    }
+    if (trigger) *trigger += latch_delay_.count() * probe_feed_mm_per_s_ * probe_direction_;
     if (trigger || may_fail(motion)) {
         probe_ = {trigger.value_or(end), trigger.has_value()};
         say(probe_report(probe_, settings_.inches()));

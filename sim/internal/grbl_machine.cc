@@ -1,6 +1,7 @@
 #include "sim/internal/grbl_machine.h"
 
 #include <algorithm>
+#include <array>
 #include <utility>
 
 namespace palpate {
@@ -37,6 +38,8 @@ void GrblMachine::boot() {
     last_byte_ = '\0';
     planner_.clear();
     modal_ = {};
+    overrides_ = {};
+    planner_.set_overrides(overrides_);
     frame_.position = tool_.position();
     frame_.shift = Point::Zero();
     probe_ = {};
@@ -196,8 +199,37 @@ void GrblMachine::handle_realtime(char c) {
             if (state_ == State::jog) planner_.cancel();
             break;
         default:
-            break;  // overrides, of which there is nothing to see here
+            handle_override(static_cast<unsigned char>(c));
+            break;
     }
+}
+
+void GrblMachine::handle_override(unsigned char byte) {
+    constexpr unsigned char kFeed = 0x90;     // 100 %, then +10, -10, +1, -1
+    constexpr unsigned char kRapid = 0x95;    // 100 %, 50, 25
+    constexpr unsigned char kSpindle = 0x99;  // as for the feed
+    constexpr unsigned char kFlood = 0xA0;
+    constexpr unsigned char kMist = 0xA1;
+    static constexpr std::array kSteps{0, 10, -10, 1, -1};
+    constexpr std::array kRapids{100, 50, 25};
+    const auto change = [](int& percent, int which) {
+        percent = which == 0 ? 100 : std::clamp(percent + kSteps.at(static_cast<std::size_t>(which)), 10, 200);
+    };
+    if (byte >= kFeed && byte < kFeed + kSteps.size()) {
+        change(overrides_.feed, byte - kFeed);
+    } else if (byte >= kRapid && byte < kRapid + kRapids.size()) {
+        overrides_.rapid = kRapids.at(byte - kRapid);
+    } else if (byte >= kSpindle && byte < kSpindle + kSteps.size()) {
+        change(overrides_.spindle, byte - kSpindle);
+    } else if (byte == kFlood) {
+        modal_.flood = !modal_.flood;
+    } else if (byte == kMist) {
+        modal_.mist = !modal_.mist;
+    } else {
+        return;
+    }
+    planner_.set_overrides(overrides_);
+    status_.overrides_changed();
 }
 
 void GrblMachine::feed_hold() {
@@ -245,7 +277,10 @@ void GrblMachine::say_status() {
             break;
     }
     status.moving = state_ == State::run || state_ == State::hold || state_ == State::jog || state_ == State::home;
-    status.position = tool_.position();
+    status.position = reported_position();
+    status.tells_overrides = options_.reports_overrides;
+    status.overrides = overrides_;
+    status.modal = modal_;
     status.work_offset = frame_.offset(modal_);
     status.speed_mm_per_s = tool_.speed_mm_per_s();
     status.probe_closed = tool_.is_probe_closed();
@@ -254,6 +289,16 @@ void GrblMachine::say_status() {
     status.planner_free = planner_.free_blocks();
     status.buffer_free = kBufferSize - buffer_.size();
     say(status_.next(status, settings_));
+}
+
+Point GrblMachine::reported_position() const {
+    using Kind = VirtualFault::Kind;
+    const Point p = tool_.position();
+    if (!position_fault_) return p;
+    if (position_fault_->kind == Kind::position_zero) return Point::Zero();
+    if (position_fault_->kind == Kind::position_frozen) return frozen_position_;
+    if (position_fault_->kind == Kind::position_swapped) return {p.y(), p.x(), p.z()};
+    return p + position_shift_;
 }
 
 void GrblMachine::answer(int error) {

@@ -64,6 +64,7 @@ private:
     void wait_for_rest(std::function<void()> then);
     void note_rest();
     void handle_realtime(char c);
+    void handle_override(unsigned char byte);
     void feed_hold();
     void cycle_start();
     void say(std::string_view line);
@@ -93,6 +94,7 @@ private:
     void begin_probe(const GrblBlock& block);
     void finish_probe(int motion);
     [[nodiscard]] bool is_beyond_limits(const Point& target) const;
+    [[nodiscard]] Point reported_position() const;
 
     VirtualTool& tool_;
     VirtualGrblOptions options_;
@@ -117,6 +119,14 @@ private:
     bool critical_line_ = false;  // the line that ran into it is answered only then
     bool homed_ = false;
     bool probe_cut_ = false;
+    std::uint64_t contacts_ = 0;
+    Vector probe_direction_ = Vector::Zero();  // of the last G38 move
+    double probe_feed_mm_per_s_ = 0.0;
+    std::optional<VirtualFault> position_fault_;
+    Vector position_shift_ = Vector::Zero();
+    Point frozen_position_ = Point::Zero();
+    Seconds latch_delay_{0.0};
+    GrblOverrides overrides_;
     bool silent_ = false;
     bool reset_asked_ = false;  // while real-time bytes wait
     bool status_asked_ = false;

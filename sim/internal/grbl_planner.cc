@@ -1,5 +1,6 @@
 #include "sim/internal/grbl_planner.h"
 
+#include <algorithm>
 #include <cassert>
 
 namespace palpate {
@@ -23,7 +24,18 @@ void GrblPlanner::update() {
 
 void GrblPlanner::start(const GrblMove& move) {
     current_ = move;
-    tool_.start_move(move.target, move.feed_mm_per_s, move.guard);
+    tool_.start_move(move.target, feed_of(move), move.guard);
+}
+
+double GrblPlanner::feed_of(const GrblMove& move) const {
+    if (move.override_by == GrblMove::Override::none) return move.feed_mm_per_s;
+    const int percent = move.override_by == GrblMove::Override::feed ? overrides_.feed : overrides_.rapid;
+    return std::max(kMinimumFeed, std::min(move.feed_mm_per_s * percent / 100.0, move.fastest_mm_per_s));
+}
+
+void GrblPlanner::set_overrides(const GrblOverrides& overrides) {
+    overrides_ = overrides;
+    if (current_) tool_.change_feed(feed_of(*current_));
 }
 
 void GrblPlanner::hold() {

@@ -29,6 +29,13 @@ std::string g_word(int tenths) {
     return tenths % 10 == 0 ? whole : whole + "." + std::to_string(tenths % 10);
 }
 
+std::string running_letters(const GrblModal& modal) {
+    std::string letters = modal.spindle == 3 ? "S" : modal.spindle == 4 ? "C" : "";
+    if (modal.flood) letters += 'F';
+    if (modal.mist) letters += 'M';
+    return letters;
+}
+
 // Reports from one that tells a thing to the next, at rest and while moving (REPORT_WCO_REFRESH_..., REPORT_OVR_REFRESH_...).
 constexpr int kOffsetAtRest = 10;
 constexpr int kOffsetMoving = 30;
@@ -67,10 +74,12 @@ std::string GrblStatusReport::next(const GrblStatus& status, const GrblSettings&
     }
     if (until_overrides_ > 0) {
         --until_overrides_;
-    } else {
+    } else if (status.tells_overrides) {
         until_overrides_ = (status.moving ? kOverridesMoving : kOverridesAtRest) - 1;
-        text += "|Ov:100,100,100";
-        if (hal) text += "|A:";
+        const GrblOverrides& overrides = status.overrides;
+        text += "|Ov:" + std::to_string(overrides.feed) + "," + std::to_string(overrides.rapid) + "," + std::to_string(overrides.spindle);
+        const std::string running = running_letters(status.modal);
+        if (hal || !running.empty()) text += "|A:" + running;
     }
     return text + ">";
 }
@@ -101,8 +110,10 @@ std::string parameters_report(const GrblFrame& frame, const GrblProbeRecord& rec
 
 std::string modal_report(const GrblModal& modal) {
     const std::string feed = number(modal.feed_mm_per_min / (modal.inches ? kInch : 1.0), modal.inches ? 1 : 0);
+    const std::string coolant =
+        std::string(modal.mist ? " M7" : "") + (modal.flood ? " M8" : "") + (modal.mist || modal.flood ? "" : " M9");
     return "[GC:" + g_word(modal.motion) + " G" + std::to_string(54 + modal.work_system) + " G17 " + (modal.inches ? "G20" : "G21") + " " +
-           (modal.incremental ? "G91" : "G90") + " G94 M5 M9 T0 F" + feed + " S0]\r\n";
+           (modal.incremental ? "G91" : "G90") + " G94 M" + std::to_string(modal.spindle) + coolant + " T0 F" + feed + " S0]\r\n";
 }
 
 std::string version_report(GrblDialect dialect) {

@@ -5,6 +5,7 @@
 #include <string>
 
 #include "sim/internal/grbl_block.h"
+#include "sim/internal/grbl_planner.h"
 #include "sim/internal/grbl_settings.h"
 #include "sim/virtual_grbl.h"
 
@@ -19,6 +20,9 @@ struct GrblStatus {
     bool probe_closed = false;
     bool probe_cut = false;
     bool homed = false;
+    bool tells_overrides = true;
+    GrblOverrides overrides{};
+    GrblModal modal{};  // of which spindle and coolant are told
     std::size_t planner_free = 0;
     std::size_t buffer_free = 0;
 };
@@ -31,6 +35,8 @@ public:
     [[nodiscard]] std::string next(const GrblStatus& status, const GrblSettings& settings);
     // The next report tells the offset.
     void offset_changed() { until_offset_ = 0; }
+    // ... the overrides, and what runs.
+    void overrides_changed() { until_overrides_ = 0; }
     void restart();
 
 private:

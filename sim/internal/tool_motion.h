@@ -17,19 +17,22 @@ struct ToolMotion {
     Trapezoid profile;
     double feed_mm_per_s = 0.0;  // the greatest that it was commanded at
     VirtualTool::Guard guard = VirtualTool::Guard::none;
-    Seconds start{0.0};
+    Seconds start{0.0};  // of the profile
     std::vector<Stretch> stretches{};
     std::size_t stretch = 0;  // in which it is now
     std::optional<Seconds> slow_down{};
+    double base = 0.0;  // mm: of the way, where the profile begins
+    bool is_stopping = false;
 
     [[nodiscard]] double whole() const { return (way.target - way.source).norm(); }
-    [[nodiscard]] double travelled(Seconds now) const { return profile.distance(now - start); }
+    [[nodiscard]] double travelled(Seconds now) const { return base + profile.distance(now - start); }
+    [[nodiscard]] double end_distance() const { return base + profile.length(); }
     [[nodiscard]] Point at(double distance) const { return way.source + distance * direction; }
     [[nodiscard]] Seconds end() const { return start + profile.duration(); }
     // When it passes the surface the next time, if it comes that far.
     [[nodiscard]] std::optional<Seconds> next_crossing() const {
         if (stretch + 1 >= stretches.size()) return std::nullopt;
-        const auto time = profile.time_at(stretches[stretch + 1].from);
+        const auto time = profile.time_at(stretches[stretch + 1].from - base);
         return time ? std::optional(start + *time) : std::nullopt;
     }
 };

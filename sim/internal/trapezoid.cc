@@ -6,12 +6,13 @@
 
 namespace palpate {
 
-Trapezoid::Trapezoid(double length, double feed, double acceleration) : acceleration_(acceleration) {
-    assert(length >= 0.0 && feed > 0.0 && acceleration > 0.0);
-    const double top = std::min(feed, std::sqrt(length * acceleration));
+Trapezoid::Trapezoid(double length, double feed, double acceleration, double speed) : acceleration_(acceleration) {
+    assert(length >= 0.0 && feed > 0.0 && acceleration > 0.0 && speed >= 0.0);
+    const double top = speed > feed ? feed : std::min(feed, std::sqrt(length * acceleration + speed * speed / 2));
+    const double change = std::abs(top - speed) / acceleration;
     const double ramp = top / acceleration;
-    append({ramp, 0.0, acceleration});
-    append({std::max(0.0, (length - top * ramp) / feed), top, 0.0});
+    append({change, speed, speed > feed ? -acceleration : acceleration});
+    append({std::max(0.0, (length - (top + speed) / 2 * change - top / 2 * ramp) / feed), top, 0.0});
     append({ramp, top, -acceleration});
 }
 
@@ -72,7 +73,7 @@ Trapezoid Trapezoid::stopped_from(Seconds time) const {
     double left = std::max(0.0, time.count());
     for (std::size_t i = 0; i < count_; ++i) {
         const Phase& phase = phases_[i];
-        if (phase.acceleration < 0.0) {  // it slows down already
+        if (i + 1 == count_) {  // it slows down already
             result.append(phase);
             continue;
         }

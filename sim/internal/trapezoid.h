@@ -12,8 +12,9 @@ namespace palpate {
 // mm, mm/s, mm/s². A value: nothing here moves by itself.
 class Trapezoid {
 public:
-    // From rest to rest; a triangle where `length` is too short to reach the feed. REQUIRES: length >= 0, feed and acceleration > 0.
-    Trapezoid(double length, double feed, double acceleration);
+    // To rest; a triangle where `length` is too short to reach the feed. From rest, or from a speed that may be above the feed.
+    // REQUIRES: length >= 0, feed and acceleration > 0; it can brake within the length.
+    Trapezoid(double length, double feed, double acceleration, double speed = 0.0);
 
     [[nodiscard]] double length() const;
     [[nodiscard]] Seconds duration() const;

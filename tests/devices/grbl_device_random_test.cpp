@@ -21,8 +21,9 @@ class GrblDeviceRandom : public GrblDeviceTest {
 protected:
     // A missed trigger cannot be told from free space, nor can a lead that is cut, where the firmware does not look at it.
     VirtualFault random_fault() {
-        std::vector<Kind> kinds{Kind::stale_line,  Kind::lose_output,      Kind::late_answer, Kind::hang_up, Kind::io_error,
-                                Kind::press_reset, Kind::spurious_trigger, Kind::bounce,      Kind::alarm,   Kind::silence};
+        std::vector<Kind> kinds{Kind::stale_line, Kind::lose_output, Kind::late_answer,      Kind::hang_up,
+                                Kind::io_error,   Kind::press_reset, Kind::spurious_trigger, Kind::bounce,
+                                Kind::alarm,      Kind::silence,     Kind::spindle,          Kind::pendant_key};
         VirtualFault fault{random.one_of(kinds), random.one_of<When>({When::line, When::probe, When::time})};
         if (is_hal() && random.chance(0.1)) fault = {Kind::cut_probe, When::probe};
         fault.at = fault.when == When::time ? random.uniform(0, 30) : 1.0 + static_cast<double>(random.below(12));
@@ -41,6 +42,12 @@ protected:
                 break;
             case Kind::bounce:
                 fault.argument = 1.0 + static_cast<double>(random.below(3));
+                break;
+            case Kind::spindle:
+                fault.argument = random.one_of<double>({3, 4});
+                break;
+            case Kind::pendant_key:
+                fault.argument = random.one_of<double>({0x91, 0x92, 0x90, 0xA0, 0xA1});
                 break;
             case Kind::alarm:
                 // In mid-move only those that come then.
@@ -204,8 +211,10 @@ protected:
             ++seen["DeviceRefused"];
         } catch (const BadAnswer&) {
             ++seen["BadAnswer"];
-        } catch (const DeviceError&) {
-            ++seen["DeviceError"];
+        } catch (const DeviceError& fault) {
+            EXPECT_THAT(fault.what(), testing::AnyOf(testing::HasSubstr(" is on ("), testing::HasSubstr("feed override")));
+            EXPECT_FALSE(tool->is_moving());
+            ++seen["something runs"];
         }
         return false;
     }
@@ -234,7 +243,7 @@ TEST_P(GrblDeviceRandom, EveryAnswerIsTrueWhateverGoesWrong) {
         if (HasFailure()) break;
     }
     for (const char* what : {"reached", "touch", "spark", "Stopped", "PositionLost", "DeviceAlarm", "ConnectionLost", "DeviceTimeout",
-                             "ProbeClosed", "DeviceRefused", "BadAnswer"}) {
+                             "ProbeClosed", "DeviceRefused", "BadAnswer", "something runs"}) {
         EXPECT_GT(seen[what], 0) << "it never happened: " << what;
         RecordProperty(what, seen[what]);
     }

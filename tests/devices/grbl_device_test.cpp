@@ -167,7 +167,7 @@ TEST_P(GrblDeviceTest, AMachineThatSaysThatItIsNotHomedIsRefusedOrHomed) {
 // "homing failed"
 TEST_P(GrblDeviceTest, HomingThatFindsNoSwitchLosesThePosition) {
     options.locked = true;
-    options.faults = {{VirtualFault::Kind::alarm, VirtualFault::When::line, 3, 9}};
+    options.faults = {{VirtualFault::Kind::alarm, VirtualFault::When::line, 4, 9}};
     device_options.homing = Homing::run;
     connect();
     EXPECT_THAT(message_of<PositionLost>([&] { device->make_ready(); }), HasSubstr("ALARM:9"));
@@ -370,7 +370,7 @@ TEST_P(GrblDeviceTest, AProbeThatIsClosedIsFoundBeforeAnythingMoves) {
 }
 
 TEST_P(GrblDeviceTest, AProbeThatClosesBetweenMovesIsAProbeClosedAndNothingMoves) {
-    options.faults = {{VirtualFault::Kind::spurious_trigger, VirtualFault::When::line, 7}};
+    options.faults = {{VirtualFault::Kind::spurious_trigger, VirtualFault::When::line, 8}};
     ready();
     ASSERT_EQ(device->guarded_move({20, 1, 0}, Pace::travel).outcome, Outcome::reached);
     EXPECT_THAT(message_of<ProbeClosed>([&] { (void)device->guarded_move({0, 0, 0}, Pace::probe); }), HasSubstr("ALARM:4"));

@@ -52,6 +52,15 @@ TEST(GrblMessage, StatusReportsOfBothFirmwaresAreRead) {
     EXPECT_TRUE(hold.probe_closed);
     EXPECT_EQ(hold.homed, true);
     EXPECT_TRUE(parsed<Status>("<Alarm|MPos:0.000,0.000,0.000|Pn:O|H:0>").probe_unplugged);
+    const auto running = parsed<Status>("<Run|MPos:0.000,0.000,0.000|FS:300,0|Ov:120,50,100|A:SFM>");
+    EXPECT_EQ(running.feed_override, 120);
+    EXPECT_EQ(running.running, "SFM");
+    EXPECT_EQ(hold.running, "");
+    EXPECT_FALSE(hold.feed_override);
+    EXPECT_EQ(parsed<Status>("<Run|MPos:0.000,0.000,0.000|Ov:10,100,100|A:T>").running, "") << "a tool change is none of it";
+    for (const char* overrides : {"100,100", "100100,100", "100,100100", "1001,00,100", "100,,100", "0,100,100", "x,100,100", ""}) {
+        parsed<Unknown>("<Idle|MPos:0.000,0.000,0.000|Ov:" + std::string(overrides) + ">");
+    }
     for (const char* damaged : {"<Idle|MPos:0.000,0.000|FS:0,0>", "<Idle>", "<Ile|MPos:0.000,0.000,0.000>", "<Idle|MPos:0.00,0.000,0.000>",
                                 "<Idle|MPos:0.000,0.000,0.000", "<Hold:x|MPos:0.000,0.000,0.000>", "<>", "<|>"}) {
         parsed<Unknown>(damaged);

@@ -84,5 +84,32 @@ TEST(TrapezoidTest, AStopTakesTheBrakingDistanceAndAStopWhileBrakingChangesNothi
     EXPECT_NEAR(stopped.stopped_from(Seconds(1.02)).length(), stopped.length(), 1e-12);
 }
 
+TEST(TrapezoidTest, FromASpeedItEndsAtItsLengthAndNeverBrakesHarder) {
+    constexpr std::uint64_t kSeed = 8;
+    SCOPED_TRACE(seed_text(kSeed));
+    Random random(kSeed);
+    for (int i = 0; i < 500; ++i) {
+        const double acceleration = random.uniform(10, 500);
+        const double feed = random.uniform(0.1, 60);
+        const double speed = random.uniform(0, 60);
+        const double length = speed * speed / (2 * acceleration) + random.uniform(0, 20);
+        const Trapezoid profile(length, feed, acceleration, speed);
+        EXPECT_NEAR(profile.length(), length, 1e-9);
+        EXPECT_NEAR(profile.speed(Seconds(0)), speed, 1e-9);
+        double last = speed;
+        constexpr int kSteps = 400;
+        const double dt = profile.duration().count() / kSteps;
+        for (int k = 1; k <= kSteps; ++k) {
+            const double now = profile.speed(Seconds(k * dt));
+            EXPECT_LE(std::abs(now - last), acceleration * dt * (1 + 1e-6) + 1e-9);
+            EXPECT_LE(now, std::max(speed, feed) + 1e-9);
+            last = now;
+        }
+        const Trapezoid stopped = profile.stopped_from(Seconds(random.uniform(0, 1) * profile.duration().count()));
+        EXPECT_LE(stopped.length(), length + 1e-9);
+        EXPECT_LE(stopped.duration().count(), profile.duration().count() + 1e-9);
+    }
+}
+
 }  // namespace
 }  // namespace palpate

@@ -190,7 +190,12 @@ TEST_F(VirtualGrblFaultsTest, RandomBytesDoNoHarm) {
                                           "G10L2P1X3\n",
                                           std::string(1, '\0'),
                                           "G0Z99\n",
-                                          "$13=1\n"};
+                                          "$13=1\n",
+                                          "\x91\x91\x91\x91",
+                                          "\x92",
+                                          "\x90",
+                                          "\xA0",
+                                          "M8\n"};
     for (const auto dialect : {GrblDialect::grbl, GrblDialect::grblhal}) {
         options.dialect = dialect;
         options.spurious_rate = 0.2;

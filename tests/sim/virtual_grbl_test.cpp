@@ -582,5 +582,134 @@ TEST_P(EveryGrblTest, MovesAnswerWhenPlannedUntilThePlannerIsFull) {
     EXPECT_EQ(tool->position(), Point(20, 20, 0));
 }
 
+// --- spindle, coolant, overrides -------------------------------------------------------------------------------------
+
+class EveryGrblReport : public EveryGrblTest {
+protected:
+    // One that tells the offset puts off what else it would tell.
+    std::string report() {
+        const std::string first = status();
+        return first.find("|WCO:") == std::string::npos ? first : status();
+    }
+};
+
+INSTANTIATE_TEST_SUITE_P(Both, EveryGrblReport, testing::Values(GrblDialect::grbl, GrblDialect::grblhal), dialect_name);
+
+TEST_P(EveryGrblReport, SpindleAndCoolantShowInTheModesAndTheNextReports) {
+    start();
+    EXPECT_THAT(command("$G"), Contains(HasSubstr(" G94 M5 M9 T0 ")));
+    EXPECT_THAT(report(), HasSubstr("|Ov:"));
+    const std::vector<std::vector<std::string>> kSteps{{"M3 S1000", " M3 M9 ", "|A:S"},
+                                                       {"M4", " M4 M9 ", "|A:C"},
+                                                       {"M8", " M4 M8 ", "|A:CF"},
+                                                       {"M7", " M4 M7 M8 ", "|A:CFM"},
+                                                       {"M5", " M5 M7 M8 ", "|A:FM"}};
+    for (const auto& step : kSteps) {
+        EXPECT_THAT(command(step[0]), ElementsAre("ok"));
+        EXPECT_THAT(command("$G"), Contains(HasSubstr(step[1])));
+        EXPECT_THAT(report(), HasSubstr("|Ov:100,100,100" + step[2] + ">"));
+        EXPECT_THAT(report(), Not(HasSubstr("|A:"))) << "only after a change, and then and when";
+    }
+    command("M9");
+    EXPECT_THAT(report(), HasSubstr(is_hal() ? "|A:>" : "|Ov:100,100,100>"));
+    command("M3");
+    command("M30");
+    EXPECT_THAT(command("$G"), Contains(HasSubstr(" M5 M9 "))) << "the end of a program";
+    EXPECT_THAT(command("M3 M4"), ElementsAre("error:21"));
+}
+
+TEST_P(EveryGrblReport, AResetEndsTheSpindleAndEveryOverride) {
+    start();
+    command("M3 S1000");
+    command("M8");
+    send("\x91\x96");
+    send(std::string(1, kReset));
+    rest();
+    EXPECT_THAT(command("$G"), Contains(HasSubstr(" M5 M9 ")));
+    EXPECT_THAT(report(), AllOf(HasSubstr("|Ov:100,100,100"), Not(HasSubstr("|A:S"))));
+}
+
+TEST_P(EveryGrblReport, OverridesAreToldInTheNextReportAndHaveTheirBounds) {
+    start();
+    (void)report();
+    const std::vector<std::pair<std::string, std::string>> kSteps{{"\x91", "110,100,100"},
+                                                                  {"\x92\x92", "90,100,100"},
+                                                                  {"\x93", "91,100,100"},
+                                                                  {"\x94\x94", "89,100,100"},
+                                                                  {"\x96", "89,50,100"},
+                                                                  {"\x97", "89,25,100"},
+                                                                  {"\x95\x9A", "89,100,110"},
+                                                                  {"\x90\x99", "100,100,100"},
+                                                                  {"\x91\x91\x91\x91\x91\x91\x91\x91\x91\x91\x91\x91", "200,100,100"},
+                                                                  {std::string(25, '\x92'), "10,100,100"}};
+    for (const auto& [keys, percent] : kSteps) {
+        EXPECT_THAT(send(keys), IsEmpty());
+        EXPECT_THAT(report(), HasSubstr("|Ov:" + percent));
+    }
+    send("\xA0\xA1");
+    EXPECT_THAT(report(), HasSubstr("|A:FM"));
+}
+
+TEST_P(EveryGrblTest, AFeedOverrideChangesTheMoveUnderWay) {
+    for (const auto& [keys, feed] :
+         std::vector<std::pair<std::string, double>>{{std::string(10, '\x91'), 20.0}, {std::string(5, '\x92'), 5.0}}) {
+        start();
+        send("G38.3 Y40 F600\n");
+        after(1.0);
+        EXPECT_NEAR(tool->speed_mm_per_s(), 10, 1e-9);
+        send(keys);
+        after(0.2);
+        EXPECT_NEAR(tool->speed_mm_per_s(), feed, 1e-9);
+        EXPECT_THAT(rest(), Contains("[PRB:20.000,40.000,0.000:0]"));
+        EXPECT_EQ(tool->position(), Point(20, 40, 0));
+    }
+    // From the next on, too, and twice as fast is four times as far to stop.
+    start();
+    send(std::string(10, '\x91'));
+    EXPECT_THAT(command("G38.3 X0 F600"), Contains("[PRB:10.000,0.000,0.000:1]"));
+    EXPECT_NEAR(tool->audit().deepest_mm, stopping_distance(tool->options().kinematics, 20), 2e-3);
+    EXPECT_EQ(tool->audit().fast_moves_inside, 0U);
+}
+
+TEST_P(EveryGrblReport, APendantSwitchesSpindleAndOverride) {
+    options.faults = {{VirtualFault::Kind::spindle, VirtualFault::When::time, 1.0, 3},
+                      {VirtualFault::Kind::pendant_key, VirtualFault::When::time, 1.0, 0x91}};
+    start();
+    (void)report();
+    after(1.0);
+    EXPECT_THAT(report(), HasSubstr("|Ov:110,100,100|A:S"));
+}
+
+// --- what it says of its position ------------------------------------------------------------------------------------
+
+TEST_P(EveryGrblTest, ReportsOfThePositionLieFromAContactOn) {
+    using Kind = VirtualFault::Kind;
+    const std::vector<std::pair<VirtualFault, std::string>> kCases{
+        {{Kind::position_zero, VirtualFault::When::contact}, "MPos:0.000,0.000,0.000|"},
+        {{Kind::position_swapped, VirtualFault::When::contact}, "MPos:0.000,9.730,0.000|"},
+        {{Kind::position_ahead, VirtualFault::When::contact, 1, 30}, "MPos:-20.270,0.000,0.000|"},
+        {{Kind::position_frozen, VirtualFault::When::contact}, "MPos:9.730,0.000,0.000|"}};
+    for (const auto& [fault, mpos] : kCases) {
+        options.faults = {fault};
+        start();
+        EXPECT_THAT(command("G38.3 X0 F600"), Contains("[PRB:10.000,0.000,0.000:1]"));
+        EXPECT_THAT(status(), HasSubstr(mpos));
+        EXPECT_EQ(tool->position(), Point(9.73, 0, 0));
+        if (fault.kind != Kind::position_frozen) continue;
+        EXPECT_THAT(command("G38.5 X15"), Contains(StartsWith("[PRB:10.000,0.000,0.000:1]")));
+        EXPECT_THAT(status(), HasSubstr(mpos));
+    }
+    options.faults = {{Kind::position_beside, VirtualFault::When::contact, 1, 3}};
+    start();
+    command("G38.3 X0 F600");
+    EXPECT_THAT(status(), AllOf(HasSubstr("MPos:9.730,"), Not(HasSubstr("MPos:9.730,0.000,0.000"))));
+}
+
+TEST_P(EveryGrblTest, ALateLatchIsFartherAlongTheWay) {
+    options.faults = {{VirtualFault::Kind::latch_late, VirtualFault::When::time, 0.0, 0.01}};
+    start();
+    EXPECT_THAT(command("G38.3 X0 F600"), Contains("[PRB:9.900,0.000,0.000:1]"));
+}
+
 }  // namespace
 }  // namespace palpate

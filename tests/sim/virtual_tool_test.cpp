@@ -320,5 +320,61 @@ TEST_F(VirtualToolTest, JumpingFromEventToEventEndsEveryMove) {
     EXPECT_EQ(*tool.trigger(), Point(10, 0, 0));
 }
 
+TEST_F(VirtualToolTest, AFeedThatChangesInMidMoveChangesTheSpeedNotTheWay) {
+    for (const double feed : {2.0, 10.0, 40.0}) {
+        SCOPED_TRACE(feed);
+        VirtualTool tool(ball, options);
+        tool.start_move({20, 30, 0}, 10, Guard::until_contact);
+        tool.advance(Seconds(1.0));
+        const double way = tool.position().y();
+        tool.change_feed(feed);
+        tool.advance(Seconds(0.01));
+        EXPECT_LT(std::abs(tool.speed_mm_per_s() - 10), 200 * 0.01 + 1e-9) << "no harder than it can";
+        EXPECT_NEAR(tool.position().y(), way + 0.1, 0.012);
+        tool.advance(Seconds(0.2));
+        EXPECT_NEAR(tool.speed_mm_per_s(), feed, 1e-9);
+        tool.change_feed(10);
+        tool.finish();
+        EXPECT_EQ(tool.position(), Point(20, 30, 0));
+        EXPECT_NEAR(tool.audit().distance_mm, 30, 1e-9);
+    }
+}
+
+// Near the end, while it slows down, and on its way to a stop.
+TEST_F(VirtualToolTest, AFeedThatChangesAtAnyMomentNeverLeadsPastTheTarget) {
+    for (double moment = 0.0; moment < 3.2; moment += 0.01) {
+        SCOPED_TRACE(moment);
+        VirtualTool tool(ball, options);
+        tool.start_move({20, 30, 0}, 10, Guard::until_contact);
+        tool.advance(Seconds(moment));
+        tool.change_feed(20);
+        tool.advance(Seconds(0.013));
+        tool.change_feed(7);
+        tool.finish();
+        EXPECT_NEAR((tool.true_position() - Point(20, 30, 0)).norm(), 0, 1e-9);
+        EXPECT_LT((tool.true_position() - tool.position()).norm(), 1e-3);
+    }
+    VirtualTool stopping(ball, options);
+    stopping.start_move({20, 30, 0}, 10, Guard::until_contact);
+    stopping.advance(Seconds(1.0));
+    stopping.decelerate();
+    stopping.change_feed(40);
+    stopping.finish();
+    EXPECT_NEAR(stopping.position().y(), 9.75 + 100.0 / 400, 2e-3);
+}
+
+TEST_F(VirtualToolTest, ATouchIsWhereTheSurfaceIsWhateverTheFeedDid) {
+    for (double moment = 0.0; moment < 1.2; moment += 0.05) {
+        VirtualTool tool(ball, options);
+        tool.start_move(Point::Zero(), 10, Guard::until_contact);
+        tool.advance(Seconds(moment));
+        tool.change_feed(20);
+        tool.finish();
+        ASSERT_TRUE(tool.trigger());
+        EXPECT_EQ(*tool.trigger(), Point(10, 0, 0));
+        EXPECT_LT(tool.audit().deepest_mm, stopping_distance(options.kinematics, 20) + 1e-3);
+    }
+}
+
 }  // namespace
 }  // namespace palpate
