@@ -28,9 +28,7 @@ constexpr double kLookShare = 0.9;
 
 std::string milliseconds_text(Seconds time) { return number_text(std::round(1000 * time.count())) + " ms"; }
 
-bool is_in_reach(const Box& limits, const Point& p) {
-    return limits.contains(p, kBeyondLimits);
-}
+bool is_in_reach(const Box& limits, const Point& p) { return limits.contains(p, kBeyondLimits); }
 
 bool on_grid(const Point& a, const Point& b, double resolution) { return (a - b).cwiseAbs().maxCoeff() < 0.5 * resolution; }
 
@@ -48,7 +46,8 @@ std::vector<std::string> ModbusReport::lines() const {
             "position: " + point_text(position) + " (machine)",
             std::string("homed: ") + said(is_homed) + ", standing: " + said(is_standing) + ", enabled: " + said(is_enabled),
             std::string("probe: ") + (is_probe_closed ? "closed" : "open"),
-            "answers: " + timing_text(), fault_code == 0 ? "no fault" : fault_text(static_cast<std::uint16_t>(fault_code))};
+            "answers: " + timing_text(),
+            fault_code == 0 ? "no fault" : fault_text(static_cast<std::uint16_t>(fault_code))};
 }
 
 std::string ModbusReport::position_problem() const {
@@ -79,8 +78,8 @@ ModbusDevice::ModbusDevice(ModbusDeviceOptions options, Clock& clock, std::stop_
     const ModbusStatus status = client_->status();
     position_ = status.actual - options_.origin;
     seen_ = status.actual;
-    const bool is_ready = status.is_homed && !status.is_fault() && status.is_standing() && !status.is_probe_closed &&
-                          is_in_reach(limits_, status.actual);
+    const bool is_ready =
+        status.is_homed && !status.is_fault() && status.is_standing() && !status.is_probe_closed && is_in_reach(limits_, status.actual);
     state_ = is_ready ? State::idle : State::locked;
 }
 
@@ -105,8 +104,7 @@ void ModbusDevice::inspect() {
 ModbusReport ModbusDevice::report() {
     const ModbusStatus status = client_->status();
     seen_ = status.actual;
-    Seconds slowest{0};
-    for (int i = 0; i < kTimedLooks; ++i) slowest = std::max(slowest, client_->look());
+    for (; timed_looks_ < kTimedLooks; ++timed_looks_) slowest_look_ = std::max(slowest_look_, client_->look());
     return {.link = where(),
             .profile = options_.profile.name,
             .identity = identity_,
@@ -117,7 +115,7 @@ ModbusReport ModbusDevice::report() {
             .is_enabled = status.has(cia402::kOperationEnabled),
             .is_probe_closed = status.is_probe_closed,
             .fault_code = status.is_fault() ? status.fault_code : 0,
-            .look_time = slowest,
+            .look_time = slowest_look_,
             .look_requests = client_->look_requests(),
             .heartbeat_limit = options_.profile.heartbeat_limit};
 }
@@ -283,9 +281,10 @@ MoveResult ModbusDevice::finish(const MotionEnd& end, const Way& way) {
     if (end.edges == 0 && !end.is_stored) {
         if (end.status.is_probe_closed) throw BadAnswer("the probe is closed, but no touch was latched" + on_the_way);
         if (!end.is_at_target) {
-            throw DeviceAlarm(0, where() + " stopped at " + point_text(end.status.actual) + on_the_way +
-                                     " and latched no touch: somebody halted it, or the probe closed for a moment; nothing more was sent to "
-                                     "it; look at it, then recover");
+            throw DeviceAlarm(0,
+                              where() + " stopped at " + point_text(end.status.actual) + on_the_way +
+                                  " and latched no touch: somebody halted it, or the probe closed for a moment; nothing more was sent to "
+                                  "it; look at it, then recover");
         }
         return result;
     }
@@ -304,8 +303,9 @@ MoveResult ModbusDevice::finish(const MotionEnd& end, const Way& way) {
 
 void ModbusDevice::check_contact(const ModbusStatus& status, const Way& way) const {
     if (const double off = way.distance_to(status.latched); off > motion_->tolerance()) {
-        throw BadAnswer(where() + " latched a touch at " + point_text(status.latched) + ", " + std::to_string(off) + " mm off the way from " +
-                        point_text(way.start) + " to " + point_text(way.target) + " (machine): is it the latch of an earlier move?");
+        throw BadAnswer(where() + " latched a touch at " + point_text(status.latched) + ", " + std::to_string(off) +
+                        " mm off the way from " + point_text(way.start) + " to " + point_text(way.target) +
+                        " (machine): is it the latch of an earlier move?");
     }
 }
 
@@ -367,8 +367,8 @@ void ModbusDevice::draw_back(const ModbusStatus& status, const Way& way, double 
                       " (machine): the tool may be pressed on, or the probe is stuck; look at it, and free it by the machine's own means");
 }
 
-// Stops a move that failed and leaves the device idle with the probe open; if it throws, the device is in fault. Where the probe is pressed,
-// nothing is reckoned from where the tool is said to be.
+// Stops a move that failed and leaves the device idle with the probe open; if it throws, the device is in fault. Where the probe is
+// pressed, nothing is reckoned from where the tool is said to be.
 void ModbusDevice::back_off(const Way& way) {
     state_ = State::stopping;
     const ModbusStatus status = motion_->stop();

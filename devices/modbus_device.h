@@ -131,8 +131,10 @@ private:
     std::string identity_;
     Box limits_;  // machine coordinates
     Point position_ = Point::Zero();
-    Point seen_ = Point::Zero();    // machine coordinates: what was last reported
-    bool was_enabled_ = false;      // by us
+    Point seen_ = Point::Zero();  // machine coordinates: what was last reported
+    bool was_enabled_ = false;    // by us
+    int timed_looks_ = 0;         // for the first report
+    Seconds slowest_look_{0};
     std::unique_ptr<Way> way_back_;  // machine coordinates: of a move that failed
 };
 

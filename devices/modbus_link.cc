@@ -180,8 +180,7 @@ void ModbusLink::fail(int error, std::chrono::nanoseconds asked_at) {
         settle(asked_at);
         answer_ = "none within " + std::to_string(options_.answer_timeout.count()) + " s";
         throw DeviceTimeout(
-            "no answer from " + name() + "; " + last_exchange() +
-            "; is the controller on, and does it have this unit number" +
+            "no answer from " + name() + "; " + last_exchange() + "; is the controller on, and does it have this unit number" +
             (std::holds_alternative<ModbusRtu>(options_.where) ? ", do speed and parity match, and are the two wires the right way round?"
                                                                : ", or is that a gateway which does not reach it?") +
             " (A unit that nobody has is silent; an address that nobody has is an exception.)");
@@ -225,8 +224,7 @@ std::vector<std::uint16_t> ModbusLink::read(int address, int registers) {
     return words;
 }
 
-std::vector<std::uint16_t> ModbusLink::write_and_read(int write_address, std::span<const std::uint16_t> words, int address,
-                                                      int registers) {
+std::vector<std::uint16_t> ModbusLink::write_and_read(int write_address, std::span<const std::uint16_t> words, int address, int registers) {
     std::vector<std::uint16_t> answer(static_cast<std::size_t>(registers));
     exchange(request_text("write", write_address, words.size()) + " with " + hex_text(words) + " and " +
                  request_text("read (FC23)", address, answer.size()),

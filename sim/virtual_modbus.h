@@ -44,7 +44,7 @@ struct AnswerFault {
     Kind kind = Kind::late;
     int nth = 1;  // of the requests from now on, counted from 1
     Seconds delay{0};
-    int code = 4;  // 4: server failure
+    int code = 4;        // 4: server failure
     Seconds lasting{0};  // every request goes wrong so, for so long from that one on
 };
 

@@ -38,11 +38,11 @@ enum class MachineFault : std::uint8_t {
     crawl,             // goes at a thousandth of its velocity
     ignored_halt,      // is not stopped by the first halt
     // From the next contact until mend():
-    zero_position,     // the actual position reads 0
-    swapped_words,     // of actual and latched positions
-    frozen_position,   // the actual position stands still
-    shifted_along,     // the actual position is told 30 mm off, towards lesser x
-    shifted_beside,    // ... towards greater y
+    zero_position,    // the actual position reads 0
+    swapped_words,    // of actual and latched positions
+    frozen_position,  // the actual position stands still
+    shifted_along,    // the actual position is told 30 mm off, towards lesser x
+    shifted_beside,   // ... towards greater y
     // Until mend():
     stuck_probe,      // after a touch it reads closed for ever
     unsteady_limits,  // are others at each look
@@ -130,7 +130,7 @@ private:
     std::uint16_t edges_ = 0;
     Point latched_ = Point::Zero();
     std::optional<MachineFault> fault_{};
-    int looks_ = 0;  // at limits that are unsteady
+    int looks_ = 0;          // at limits that are unsteady
     bool is_false_ = false;  // its positions are, since a contact
     Point position_at_contact_ = Point::Zero();
     Vector direction_ = Vector::Zero();  // of the last command

@@ -126,8 +126,8 @@ ModbusStatus ModbusClient::status() {
         if (const auto next = asked_at + kEchoPause; clock_.now() < next) clock_.sleep(next - clock_.now());
     }
     throw BadAnswer("waited for " + link_.name() + " to echo the heartbeat " + std::to_string(first) +
-                    ": it answers, but its program stands still or does not know the profile " + profile_.name + "; " +
-                    link_.last_exchange());
+                    ": it answers, but its program stands still or does not know the profile " + profile_.name +
+                    ", or it echoes later than echo_limit there; " + link_.last_exchange());
 }
 
 std::string ModbusClient::identity() {
@@ -189,6 +189,7 @@ void ModbusClient::halt(Seconds limit) {
         } catch (const ConnectionLost&) {
             throw;
         } catch (const DeviceError& error) {
+            clock_.sleep(kBusyPause);
             if (clock_.now() < give_up_at) continue;
             throw DeviceTimeout("a halt was not heard: " + std::string(error.what()) +
                                 "; the machine may still move: use its own stop, and look where the tool is");

@@ -130,9 +130,10 @@ std::string ModbusMotion::state_of(const ModbusStatus& status) const {
 void ModbusMotion::require_ours(const ModbusStatus& status) const {
     const std::string where = client_.link().name();
     if (!status.has(cia402::kOperationEnabled)) {
-        throw DeviceAlarm(0, where + ": " + state_of(status) +
-                                 ", by an emergency stop perhaps; nothing more was sent to it, and the tool may be pressed; look at it, clear "
-                                 "the cause, then recover");
+        throw DeviceAlarm(0,
+                          where + ": " + state_of(status) +
+                              ", by an emergency stop perhaps; nothing more was sent to it, and the tool may be pressed; look at it, clear "
+                              "the cause, then recover");
     }
     if (!last_sequence_ || status.sequence == *last_sequence_ || status.sequence == echoed_) return;
     throw DeviceAlarm(0, where + ": another master commands it: command " + std::to_string(status.sequence) + " instead of " +

@@ -36,9 +36,8 @@ ModbusDeviceOptions default_options(Machine& machine) {
 TEST(ModbusTiming, OneRequestIsALookWhereTheControllerKnowsIt) {
     Machine machine(Wire::tcp);
     ModbusDevice device(default_options(machine), machine.clock());
-    EXPECT_EQ(device.report().look_requests, 1);
     const std::uint64_t requests = machine->requests();
-    (void)device.report();
+    EXPECT_EQ(device.report().look_requests, 1);
     EXPECT_EQ(machine->requests(), requests + 6) << "one, and five that are timed";
 }
 
@@ -198,25 +197,30 @@ TEST(ModbusTiming, SilenceOfThreeSecondsInMidMoveIsWaitedFor) {
     expect_safe(machine);
 }
 
+// Limits of 0 and 3 · 65.537 mm read the same with their words swapped; a position does not.
 TEST(ModbusTiming, PositionsOutOfReachAreAProblemAndNothingMoves) {
     VirtualModbusOptions options = test::machine_options();
-    options.tool.limits = {Point(-0.001, -0.001, -0.001), Point(0, 0, 0)};  // the same with words swapped
-    options.tool.start = Point(18.925, 1.2, -3.4);
+    options.tool.limits = {Point::Zero(), Point::Constant(196.611)};
+    options.tool.start = Point(18.925, 1.2, 30);
     Machine machine(Wire::tcp, options);
     ModbusDeviceOptions driver = machine.options();
     driver.profile.word_order = ModbusWordOrder::low_first;
-    for (ModbusRegister& entry : driver.profile.registers) entry.unit = entry.bits == 32 ? 0.001 : entry.unit;
-    options.tool.limits.max = Point(0, 0, 0);
-    try {
-        ModbusDevice device(driver, machine.clock());
-        EXPECT_EQ(device.state(), State::locked);
-        expect_says(device.report().position_problem(), "word_order");
-        expect_says(message_of<BadAnswer>([&] { device.recover(); }), "word_order");
-        EXPECT_THROW((void)device.guarded_move({9, 0, 0}, Pace::travel), DeviceError);
-    } catch (const DeviceError& error) {
-        expect_says(error.what(), "word_order");
-    }
+    ModbusDevice device(driver, machine.clock());
+    EXPECT_EQ(device.state(), State::locked);
+    EXPECT_EQ(device.report().position.x(), 1240268.8);
+    expect_says(device.report().position_problem(), "word_order");
+    expect_says(message_of<BadAnswer>([&] { device.recover(); }), "word_order");
+    expect_says(message_of<BadAnswer>([&] { device.retreat(test::kStart); }), "word_order");
+    expect_says(message_of<BadAnswer>([&] { (void)device.guarded_move({20, 5, 10}, Pace::travel); }), "word_order");
+    EXPECT_EQ(machine.commands(), 0U);
     EXPECT_EQ(machine.audit().moves, 0U);
+}
+
+TEST(ModbusTiming, LimitsThatAreNoneNameTheWordOrder) {
+    Machine machine(Wire::tcp);
+    ModbusDeviceOptions driver = machine.options();
+    driver.profile.word_order = ModbusWordOrder::low_first;
+    expect_says(message_of<DeviceError>([&] { const ModbusDevice device(driver, machine.clock()); }), "word_order");
 }
 
 // A controller after CiA 402 starts at the rising edge of bit 4.
