@@ -22,8 +22,8 @@ constexpr double kPathTolerance = 0.05;
 constexpr double kRoundingResolutions = 2.6;
 // Of a 32-bit value that a controller changes between its two words, a look sees nonsense, once.
 constexpr int kFalseReports = 2;
-// Of the time that the controller waits for a heartbeat, what may pass between two of ours when the set-point bit is taken back.
-constexpr double kUnhurried = 0.5;
+// Of the time that the controller waits for a heartbeat, what may pass between two when the set-point bit is taken back.
+constexpr double kHeartbeatShare = 0.9;
 
 std::chrono::nanoseconds nanoseconds(Seconds time) { return std::chrono::duration_cast<std::chrono::nanoseconds>(time); }
 
@@ -135,7 +135,12 @@ void ModbusMotion::require_ours(const ModbusStatus& status) const {
                               ", by an emergency stop perhaps; nothing more was sent to it, and the tool may be pressed; look at it, clear "
                               "the cause, then recover");
     }
+    require_our_command(status);
+}
+
+void ModbusMotion::require_our_command(const ModbusStatus& status) const {
     if (!last_sequence_ || status.sequence == *last_sequence_ || status.sequence == echoed_) return;
+    const std::string where = client_.link().name();
     throw DeviceAlarm(0, where + ": another master commands it: command " + std::to_string(status.sequence) + " instead of " +
                              std::to_string(*last_sequence_) +
                              "; nothing more was sent to it; end what else commands it, look where the tool is, then recover");
@@ -214,6 +219,7 @@ void ModbusMotion::go_on(const ModbusStatus& status, const ArmedMove& move, Watc
 std::optional<MotionEnd> ModbusMotion::judge(const ModbusStatus& status, const ArmedMove& move, Watch& watch) {
     require_homed(status, move);
     if (!is_taken(status, watch)) return std::nullopt;
+    require_our_command(status);
     const bool was_silent = status.is_fault() && status.fault_code == cia402::kHeartbeatFault;
     if (!status.is_fault()) {
         require_ours(status);
@@ -243,16 +249,18 @@ std::optional<MotionEnd> ModbusMotion::judge(const ModbusStatus& status, const A
 }
 
 // A controller after CiA 402 takes a command at the rising edge of the set-point bit. So it falls while the axes move, which costs no
-// time; where answers are so slow that the heartbeat would come late, when they stand.
+// time, and when they stand only where the heartbeat would come too late otherwise, or the move was over before the first look.
 void ModbusMotion::drop_set_point(const ModbusStatus& status, Watch& watch) {
     if (!watch.is_taken || !watch.is_set_point_up || status.is_fault()) return;
-    const bool is_unhurried = 2 * client_.look_time() < kUnhurried * client_.profile().heartbeat_limit;
-    if (!status.is_standing() && !is_unhurried) return;
+    const int requests = client_.look_requests();
+    const bool fits = (requests + 1) * client_.look_time() / requests < kHeartbeatShare * client_.profile().heartbeat_limit;
+    if (!status.is_standing() && !fits) return;
     watch.is_set_point_up = false;
     if (!status.is_standing()) return client_.take_back_set_point();
     try {
         client_.take_back_set_point();
-        (void)client_.status();  // a cycle of the controller's sees it down
+        // A cycle of the controller's has to see it down; slow answers leave it time enough.
+        if (fits) (void)client_.status();
     } catch (const DeviceError&) {
         return;  // the move has ended, and what fails here fails again at the next
     }
@@ -275,7 +283,8 @@ MotionEnd ModbusMotion::run(const ModbusStatus& before, const ArmedMove& move, c
         const auto looked_at = clock_.now();
         const ModbusStatus status = status_through_reconnects(watch, stop);
         std::optional<MotionEnd> end = judge(status, move, watch);
-        drop_set_point(status, watch);
+        // An axis that another halted would go on when its halt bit falls, too.
+        if (!end || end->is_at_target || end->is_stored || end->edges != 0) drop_set_point(status, watch);
         if (end) {
             end->events = std::move(watch.events);
             const std::uint64_t lost = client_.lost_answers() - watch.lost_answers;

@@ -68,6 +68,7 @@ private:
     [[nodiscard]] ModbusStatus status_through_reconnects(Watch& watch, const std::stop_token& stop);
     [[nodiscard]] std::optional<MotionEnd> judge(const ModbusStatus& status, const ArmedMove& move, Watch& watch);
     [[nodiscard]] bool is_taken(const ModbusStatus& status, Watch& watch);
+    void require_our_command(const ModbusStatus& status) const;
     void require_homed(const ModbusStatus& status, const ArmedMove& move) const;
     [[noreturn]] void give_up_untaken(const ModbusStatus& status, const Watch& watch) const;
     [[nodiscard]] bool is_credible(const ModbusStatus& status, const ArmedMove& move, Watch& watch);

@@ -1,6 +1,7 @@
 // What a driver must not do whatever a controller says (DEVICES section 4), judged by the virtual machine's own account.
 #include <gtest/gtest.h>
 
+#include <array>
 #include <chrono>
 #include <functional>
 #include <thread>
@@ -64,7 +65,9 @@ TEST_P(FalsePositions, HaltAndMoveNothing) {
         // Off every axis, so that no coordinate of a place on the way is 0.
         ASSERT_EQ(device->guarded_move({12, 1, 1}, Pace::travel).outcome, Outcome::reached);
         machine.inject(GetParam());
+        const std::uint64_t before = machine.commands();
         const std::string message = message_of<BadAnswer>([&] { (void)device->guarded_move({-2, 1, 1}, pace); });
+        EXPECT_LE(machine.commands(), before + 3) << "the command, its set-point bit taken back, one halt if it moved";
         expect_says(message, "where it cannot be");
         expect_says(message, "pressed");
         expect_says(message, "then recover");
@@ -242,10 +245,7 @@ protected:
 TEST_F(ModbusInterference, AnotherMastersCommandIsLeftAlone) {
     const std::string message = disturbed([](VirtualModbusController& c) { take_over(c, {20, 5, 0}); });
     expect_says(message, "another master commands it: command 17 instead of 1");
-    while (machine.is_moving()) {
-        sleep(Seconds(0.05));
-        machine->with_controller([](VirtualModbusController&) {});
-    }
+    while (machine.is_moving()) sleep(Seconds(0.05));  // nobody keeps its heartbeat up
 }
 
 TEST_F(ModbusInterference, DisabledDrivesAreLeftAlone) {
@@ -272,6 +272,31 @@ TEST_F(ModbusInterference, AHaltByAnotherIsLeftAlone) {
                     c.write(ModbusProfile::standard()[F::control_word].address, halt);
                 }),
                 "latched no touch");
+}
+
+// Slow answers: the set-point bit is not taken back before the end.
+TEST(ModbusSafety, AHaltByAnotherIsLeftAloneWhereAnswersAreSlow) {
+    Machine machine(Wire::tcp, test::machine_options(1.0));
+    machine.inject({AnswerFault::Kind::late, 1, Seconds(0.15), 4, Seconds(1e6)});
+    ModbusDeviceOptions options = machine.options();
+    options.link = machine->link();
+    options.profile.read_write = true;
+    ModbusDevice device(options, machine.clock());
+    std::uint64_t commands = 0;
+    {
+        const std::jthread helper([&] {
+            test::wait_until_under_way(machine, test::kStart, 3.0);
+            machine->with_controller([&](VirtualModbusController& c) {
+                const std::array halt{static_cast<std::uint16_t>(cia402::kEnableOperation | cia402::kHalt)};
+                c.write(ModbusProfile::standard()[F::control_word].address, halt);
+                commands = c.commands();
+            });
+        });
+        expect_says(message_of<DeviceAlarm>([&] { (void)device.guarded_move({8, 0, 0}, Pace::probe); }), "latched no touch");
+    }
+    EXPECT_EQ(machine.commands(), commands);
+    EXPECT_EQ(device.state(), State::fault);
+    expect_safe(machine);
 }
 
 TEST_F(ModbusInterference, DrivesThatWereDisabledBetweenMovesAreNotEnabledByItself) {
