@@ -115,9 +115,9 @@ ModbusStatus ModbusClient::status() {
     const auto give_up_at = clock_.now() + nanoseconds(profile_.echo_limit);
     while (true) {
         const auto asked_at = clock_.now();
-        const ModbusStatus status = repeating([&] {
+        ModbusStatus status = repeating([&] {
             const auto begun_at = clock_.now();
-            const ModbusStatus now = beat_and_read();
+            ModbusStatus now = beat_and_read();
             look_time_ = clock_.now() - begun_at;
             return now;
         });
