@@ -51,6 +51,10 @@ ModbusProfile read_profile(Section& section) {
     profile.heartbeat_limit = Seconds(
         section.number({"heartbeat_limit", "silence of the host after which the controller slows down and stops", Need::optional, "s"},
                        yaml::kPositive, profile.heartbeat_limit.count()));
+    profile.echo_limit = Seconds(section.number({"echo_limit", "so late it may echo a heartbeat or a command", Need::optional, "s"},
+                                                yaml::kPositive, profile.echo_limit.count()));
+    profile.read_write =
+        section.flag({"read_write", "whether it knows FC23: a heartbeat and the status in one request"}, profile.read_write);
     section.mapping({"registers", "where everything is", Need::required}, [&](Section& inner) {
         for (const ModbusField field : all_modbus_fields()) {
             inner.mapping({name_of(field), "see devices/README.md", Need::required},

@@ -125,7 +125,9 @@ std::string connection_text(const MachineConfig& machine) {
                               const std::string profile =
                                   modbus.profile.empty() ? "" : ", profile: " + quoted(std::filesystem::absolute(modbus.profile).string());
                               return "modbus: {" + line + ", unit: " + std::to_string(modbus.link.unit) +
-                                     ", slowest_answer: " + number_text(modbus.link.slowest_answer.count()) + profile + "}";
+                                     ", slowest_answer: " + number_text(modbus.link.slowest_answer.count()) +
+                                     ", reconnect_time: " + number_text(modbus.link.reconnect_time.count()) +
+                                     ", busy_time: " + number_text(modbus.link.busy_time.count()) + profile + "}";
                           },
                       },
                       machine.connection);

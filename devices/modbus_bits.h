@@ -35,6 +35,7 @@ constexpr std::uint16_t kNegativeEdgeStored = 0x0004;
 // Error codes, 603Fh.
 constexpr std::uint16_t kNoFault = 0x0000;
 constexpr std::uint16_t kParameterFault = 0x6320;    // a move without a velocity or an acceleration
+constexpr std::uint16_t kExternalFault = 0x9000;     // an emergency stop
 constexpr std::uint16_t kHeartbeatFault = 0x8130;    // the host was silent
 constexpr std::uint16_t kLimitFault = 0x8612;        // a target or a position beyond the limits
 constexpr std::uint16_t kNotHomedFault = 0xFF01;     // a move was asked for before homing

@@ -2,7 +2,6 @@
 #pragma once
 
 #include <memory>
-#include <optional>
 #include <stop_token>
 #include <string>
 #include <string_view>
@@ -22,6 +21,8 @@ class ModbusClient;
 class ModbusMotion;
 struct ModbusStatus;
 struct MotionEnd;
+struct Way;
+enum class ProbeEdge;
 
 struct ModbusDeviceOptions {
     ModbusLinkOptions link;
@@ -42,8 +43,15 @@ struct ModbusReport {
     bool is_standing = false;
     bool is_enabled = false;
     bool is_probe_closed = false;
-    int fault_code = 0;  // 0: none
+    int fault_code = 0;          // 0: none
+    Seconds look_time{0};        // the longest of some: a heartbeat and the status
+    int look_requests = 2;       // in how many requests
+    Seconds heartbeat_limit{0};  // within which the controller wants the next heartbeat
 
+    // What is wrong and what to do; empty: nothing.
+    [[nodiscard]] std::string position_problem() const;
+    [[nodiscard]] std::string timing_problem() const;
+    [[nodiscard]] std::string timing_text() const;
     [[nodiscard]] std::vector<std::string> lines() const;
 };
 
@@ -75,16 +83,19 @@ public:
     [[nodiscard]] Point position() const override { return position_; }
     // After a contact the tool is back by kinematics.retract_mm, or at the start of the move if that is nearer, with the probe open.
     // Throws, and is `idle` then: OutOfLimits, ProbeClosed (before the move), Stopped, BadAnswer, DeviceRefused, DeviceTimeout. What of
-    // these comes in mid-move first stops the tool and backs off. If that fails too, and on ProbeClosed after a touch, DeviceAlarm,
-    // PositionLost and ConnectionLost it is `fault`, `locked` or `lost`.
+    // these comes in mid-move first stops the tool and backs off along the way that it came, until the probe is open. If that fails too,
+    // and on ProbeClosed after a touch, DeviceAlarm, PositionLost and ConnectionLost it is `fault`, `locked` or `lost`. So it is after a
+    // BadAnswer that tells of a position beside the way: the axes are halted then, and nothing more is sent. On DeviceAlarm (a fault,
+    // drives that were disabled, another master) nothing at all is sent.
     [[nodiscard]] MoveResult guarded_move(const Point& target, Pace pace) override;
     void stop() override;
 
     // The one way out of locked, fault and lost: connects again, resets a fault, and if the probe is pressed on by a move that failed,
-    // goes back the way that move came. Throws what is still in the way.
+    // goes back the way that move came, if the tool is said to be on it. Throws what is still in the way.
     void recover();
 
-    // As recover(), for a tool that an earlier host left on a surface: off it towards `start`, which it came from.
+    // As recover(), for a tool that an earlier host left on a surface: off it towards `start`, which it came from. It has to be where it
+    // was when last looked at (report(), or connecting).
     void retreat(const Point& start);
 
     [[nodiscard]] State state() const { return state_; }
@@ -95,14 +106,19 @@ private:
     struct Ready;
     [[nodiscard]] Ready ready();
     [[nodiscard]] MoveResult move(const Point& target, Pace pace);
-    [[nodiscard]] MoveResult finish(const MotionEnd& end, const Point& start, const Point& target);
-    void check_contact(const ModbusStatus& status, const Point& start, const Point& target) const;
-    void retract(const ModbusStatus& status, const Point& start, const Point& from);
-    void back_off(const Point& start);
-    void go_back(const Point& start);
-    void back_off_after(const DeviceError& failure, const Point& start);
+    [[nodiscard]] MoveResult finish(const MotionEnd& end, const Way& way);
+    void check_contact(const ModbusStatus& status, const Way& way) const;
+    void check_run_on(const ModbusStatus& status, const Way& way);
+    [[nodiscard]] ModbusStatus go(const ModbusStatus& status, const Way& way, double place, ProbeEdge edge);
+    [[nodiscard]] ModbusStatus until_open(const ModbusStatus& status, const Way& way, double& rest);
+    void draw_back(const ModbusStatus& status, const Way& way, double rest);
+    void back_off(const Way& way);
+    void go_back(const Way& way);
+    void back_off_after(const DeviceError& failure, const Way& way);
+    void leave_surface(const ModbusStatus& status);
     void halt_after_failure();
     void check_ready(const ModbusStatus& status);
+    void check_reach(const ModbusStatus& status);
     void inspect();
     void check_target(const Point& machine) const;
     [[nodiscard]] std::string where() const;
@@ -115,7 +131,11 @@ private:
     std::string identity_;
     Box limits_;  // machine coordinates
     Point position_ = Point::Zero();
-    std::optional<Point> way_back_{};  // machine coordinates: where a move that failed had started
+    Point seen_ = Point::Zero();  // machine coordinates: what was last reported
+    bool was_enabled_ = false;    // by us
+    int timed_looks_ = 0;         // for the first report
+    Seconds slowest_look_{0};
+    std::unique_ptr<Way> way_back_;  // machine coordinates: of a move that failed
 };
 
 [[nodiscard]] std::string_view name_of(ModbusDevice::State state);

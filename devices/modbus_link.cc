@@ -78,6 +78,7 @@ void check_options(const ModbusLinkOptions& options) {
         refuse("the slowest answer comes before the time to wait for one is over; allowed: 0 < answer_timeout <= slowest_answer");
     }
     if (options.reconnects < 0) refuse("a negative number of reconnects");
+    if (options.reconnect_time < Seconds(0) || options.busy_time < Seconds(0)) refuse("a negative time");
 }
 
 std::chrono::nanoseconds nanoseconds(Seconds time) { return std::chrono::duration_cast<std::chrono::nanoseconds>(time); }
@@ -132,13 +133,14 @@ void ModbusLink::connect() {
                          "; is the controller on, is the address right, and may you use it?");
 }
 
-void ModbusLink::reconnect() {
+void ModbusLink::reconnect(const std::stop_token& stop) {
     connection_.reset();
+    const auto give_up_at = clock_.now() + nanoseconds(options_.reconnect_time);
     for (int attempt = 1;; ++attempt) {
         try {
             return connect();
         } catch (const ConnectionLost& error) {
-            if (attempt >= options_.reconnects) {
+            if (clock_.now() >= give_up_at || stop.stop_requested()) {
                 throw ConnectionLost(std::string(error.what()) + " (given up after " + std::to_string(attempt) + " attempts)");
             }
         }
@@ -178,9 +180,10 @@ void ModbusLink::fail(int error, std::chrono::nanoseconds asked_at) {
         settle(asked_at);
         answer_ = "none within " + std::to_string(options_.answer_timeout.count()) + " s";
         throw DeviceTimeout(
-            "no answer from " + name() + "; " + last_exchange() +
-            "; is the controller on, does it have this unit number, and do speed and parity match? (A unit that nobody has is "
-            "silent; an address that nobody has is an exception.)");
+            "no answer from " + name() + "; " + last_exchange() + "; is the controller on, and does it have this unit number" +
+            (std::holds_alternative<ModbusRtu>(options_.where) ? ", do speed and parity match, and are the two wires the right way round?"
+                                                               : ", or is that a gateway which does not reach it?") +
+            " (A unit that nobody has is silent; an address that nobody has is an exception.)");
     }
     if (error > MODBUS_ENOBASE && error <= EMBXGTAR) {
         const int code = error - MODBUS_ENOBASE;
@@ -219,6 +222,18 @@ std::vector<std::uint16_t> ModbusLink::read(int address, int registers) {
              [&](modbus_t* context) { return modbus_read_registers(context, address, registers, words.data()); });
     answer_ = hex_text(words);
     return words;
+}
+
+std::vector<std::uint16_t> ModbusLink::write_and_read(int write_address, std::span<const std::uint16_t> words, int address, int registers) {
+    std::vector<std::uint16_t> answer(static_cast<std::size_t>(registers));
+    exchange(request_text("write", write_address, words.size()) + " with " + hex_text(words) + " and " +
+                 request_text("read (FC23)", address, answer.size()),
+             [&](modbus_t* context) {
+                 return modbus_write_and_read_registers(context, write_address, static_cast<int>(words.size()), words.data(), address,
+                                                        registers, answer.data());
+             });
+    answer_ = hex_text(answer);
+    return answer;
 }
 
 void ModbusLink::write(int address, std::span<const std::uint16_t> words) {

@@ -9,6 +9,7 @@
 #include <cstdint>
 #include <memory>
 #include <span>
+#include <stop_token>
 #include <string>
 #include <variant>
 #include <vector>
@@ -35,8 +36,10 @@ struct ModbusLinkOptions {
     int unit = 1;                  // 0..247, on TCP 255 too
     Seconds answer_timeout{0.5};   // without an answer for so long, a request has failed
     Seconds slowest_answer{0.65};  // after a request, no answer comes later than this; some drives need 0.6
-    int reconnects = 10;           // attempts, once a connection is lost
-    Seconds reconnect_pause{0.2};  // between them
+    int reconnects = 10;           // losses of the connection that one move survives
+    Seconds reconnect_time{10.0};  // a network or a controller that is away is waited for so long
+    Seconds reconnect_pause{0.2};  // between attempts
+    Seconds busy_time{1.0};        // "busy" and "the gateway does not reach it" are asked again for so long
 };
 
 class ModbusLink {
@@ -50,7 +53,7 @@ public:
     ModbusLink(ModbusLink&&) = delete;
     ModbusLink& operator=(ModbusLink&&) = delete;
 
-    // Holding registers: FC03, FC16. Both throw
+    // Holding registers: FC03, FC16, FC23 (writes, then reads, in one request). All throw
     //   DeviceTimeout   silence; the link is clean again
     //   BadAnswer       something that is no answer to this request; the link is clean again
     //   DeviceRefused   a Modbus exception, with its number
@@ -58,9 +61,11 @@ public:
     // After the first two, the request may have been carried out or not.
     [[nodiscard]] std::vector<std::uint16_t> read(int address, int registers);
     void write(int address, std::span<const std::uint16_t> words);
+    [[nodiscard]] std::vector<std::uint16_t> write_and_read(int write_address, std::span<const std::uint16_t> words, int address,
+                                                            int registers);
 
-    // Ends the connection, and tries again as often as the options say. Throws ConnectionLost.
-    void reconnect();
+    // Ends the connection, and tries again for as long as the options say, or until it is to stop. Throws ConnectionLost.
+    void reconnect(const std::stop_token& stop = {});
 
     [[nodiscard]] bool is_connected() const { return connection_ != nullptr; }
     [[nodiscard]] std::string name() const;           // "unit 1 at 192.168.0.7:502"

@@ -76,6 +76,10 @@ void check_bit(std::string_view name, int bit) {
     if (bit < 0 || bit >= kWordBits) fail(name, "is " + std::to_string(bit) + "; allowed: 0 to 15");
 }
 
+void check_time(std::string_view name, Seconds time) {
+    if (!(time.count() > 0.0) || !std::isfinite(time.count())) fail(name, "is not greater than 0 s");
+}
+
 void check_overlaps(const ModbusProfile& profile) {
     struct Entry {
         int first;
@@ -145,6 +149,7 @@ ModbusProfile ModbusProfile::standard() {
     ModbusProfile profile;
     profile.identity = {1024, 16};
     profile.expected_identity = "palpate";
+    profile.read_write = true;
     profile.registers = {
         word(256),     position(257), position(259), position(261), rate(263),     rate(265),     word(267),
         word(268),     word(269),     word(288),     word(512),     word(513),     position(514), position(516),
@@ -166,9 +171,8 @@ void check_profile(const ModbusProfile& profile) {
     }
     check_bit("homed_bit", profile.homed_bit);
     check_bit("probe_closed_bit", profile.probe_closed_bit);
-    if (!(profile.heartbeat_limit.count() > 0.0) || !std::isfinite(profile.heartbeat_limit.count())) {
-        fail("heartbeat_limit", "is not greater than 0 s");
-    }
+    check_time("heartbeat_limit", profile.heartbeat_limit);
+    check_time("echo_limit", profile.echo_limit);
     check_overlaps(profile);
     check_blocks(profile);
 }

@@ -10,7 +10,8 @@
 //   Touch     Each command arms the touch probe afresh: the stored bits are cleared. With stop-on-touch set, the controller slows down
 //             when the armed edge is stored. The edge counter counts positive edges while armed, and is never cleared.
 //   Heartbeat The host writes a number that changes, the controller echoes it. When it does not change for `heartbeat_limit` while
-//             the axes move, the controller slows down, stops and shows kHeartbeatFault; its position stays true.
+//             the axes move, the controller slows down, stops and shows kHeartbeatFault; its position stays true. An echo may come
+//             in one of the controller's next cycles, within `echo_limit`; so may that of a sequence number.
 #pragma once
 
 #include <array>
@@ -96,6 +97,8 @@ struct ModbusProfile {
     int homed_bit = 14;              // of the status word: the position is true
     int probe_closed_bit = 7;        // of the touch-probe status: the input as it is now
     Seconds heartbeat_limit{0.250};  // silence after which the controller stops
+    Seconds echo_limit{0.5};         // so late it may echo a heartbeat or a command
+    bool read_write = false;         // it knows FC23: a heartbeat and the status in one request. Tried once; without it two are used
     std::array<ModbusRegister, kModbusFields> registers{};
 
     [[nodiscard]] const ModbusRegister& operator[](ModbusField field) const { return registers[static_cast<std::size_t>(field)]; }
@@ -107,7 +110,7 @@ struct ModbusProfile {
 
 // Throws std::invalid_argument that names the entry: address out of range, width that is not 16 or 32 (16 for words), unit that is not
 // positive (1 for words), positions that cannot be negative, two entries on one register, a command block with gaps, a block too
-// long for one frame, bits outside of 0..15.
+// long for one frame, bits outside of 0..15, times that are not positive.
 void check_profile(const ModbusProfile& profile);
 
 // The least span that holds a block.

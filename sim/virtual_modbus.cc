@@ -26,6 +26,7 @@ constexpr Seconds kIdleTick{0.02};
 constexpr int kReadRegisters = 3;
 constexpr int kWriteRegister = 6;
 constexpr int kWriteRegisters = 16;
+constexpr int kWriteAndReadRegisters = 23;
 constexpr int kIllegalFunction = 1;
 constexpr int kIllegalValue = 3;
 
@@ -138,7 +139,7 @@ ModbusLinkOptions VirtualModbus::link() const {
 
 void VirtualModbus::inject(const AnswerFault& fault) {
     const std::scoped_lock lock(mutex_);
-    faults_.push_back(fault);
+    faults_.push_back({fault});
 }
 
 void VirtualModbus::plug(bool plugged) {
@@ -245,14 +246,18 @@ void VirtualModbus::hang_up(int peer, bool unplug) {
 
 // The fault of this request, if one is due.
 std::optional<AnswerFault> VirtualModbus::next_fault() {
-    std::optional<AnswerFault> due;
-    for (AnswerFault& fault : faults_) --fault.nth;
-    const auto found = std::ranges::find_if(faults_, [](const AnswerFault& fault) { return fault.nth <= 0; });
-    if (found != faults_.end()) {
-        due = *found;
+    const auto now = clock_.now();
+    for (DueFault& due : faults_) --due.fault.nth;
+    std::erase_if(faults_, [now](const DueFault& due) { return due.until && now >= *due.until; });
+    const auto found = std::ranges::find_if(faults_, [](const DueFault& due) { return due.fault.nth <= 0; });
+    if (found == faults_.end()) return std::nullopt;
+    const AnswerFault fault = found->fault;
+    if (fault.lasting.count() <= 0.0) {
         faults_.erase(found);
+    } else if (!found->until) {
+        found->until = now + std::chrono::duration_cast<std::chrono::nanoseconds>(fault.lasting);
     }
-    return due;
+    return fault;
 }
 
 // Of a request whose function begins at `header`. The number of an exception if it is refused.
@@ -260,15 +265,23 @@ std::optional<int> VirtualModbus::carry_out(std::span<const std::uint8_t> reques
     const auto body = request.subspan(static_cast<std::size_t>(header));
     const auto word = [&](std::size_t at) { return static_cast<std::uint16_t>((body[at] << 8U) | body[at + 1]); };
     const int function = body[0];
-    if (function != kReadRegisters && function != kWriteRegister && function != kWriteRegisters) return kIllegalFunction;
-    // libmodbus has received all that the function needs: an address and a word; what FC16 announces as its bytes, too.
-    const int address = word(1);
+    const bool reads = function == kReadRegisters || function == kWriteAndReadRegisters;
+    const bool writes_many = function == kWriteRegisters || function == kWriteAndReadRegisters;
+    if (!reads && !writes_many && function != kWriteRegister) return kIllegalFunction;
+    if (function == kWriteAndReadRegisters && !controller_.profile().read_write) return kIllegalFunction;
+    // libmodbus has received all that the function needs: an address and a word; what FC16 and FC23 announce as their bytes, too.
+    if (reads) {
+        const std::size_t count = word(3);
+        if (count == 0 || count > MODBUS_MAX_READ_REGISTERS) return kIllegalValue;
+        if (const auto refusal = controller_.refuses_to_read(word(1), static_cast<int>(count))) return refusal;
+        if (function == kReadRegisters) return std::nullopt;
+    }
+    const std::size_t begin = reads ? 5 : 1;  // of what is written
+    const int address = word(begin);
+    const std::size_t count = writes_many ? word(begin + 2) : 1;
+    if (count == 0 || (writes_many && body[begin + 4] != 2 * count)) return kIllegalValue;
+    const std::size_t first = begin + (writes_many ? 5 : 2);
     std::vector<std::uint16_t> words;
-    const std::size_t count = function == kWriteRegister ? 1 : word(3);
-    if (count == 0 || (function == kReadRegisters && count > MODBUS_MAX_READ_REGISTERS)) return kIllegalValue;
-    if (function == kReadRegisters) return controller_.refuses_to_read(address, static_cast<int>(count));
-    if (function == kWriteRegisters && body[5] != 2 * count) return kIllegalValue;
-    const std::size_t first = function == kWriteRegister ? 3 : 6;  // FC16 has the count and the number of bytes before them
     for (std::size_t i = 0; i < count; ++i) words.push_back(word(first + 2 * i));
     if (const auto refusal = controller_.refuses_to_write(address, static_cast<int>(words.size()))) return refusal;
     controller_.write(address, words);

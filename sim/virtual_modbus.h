@@ -44,7 +44,8 @@ struct AnswerFault {
     Kind kind = Kind::late;
     int nth = 1;  // of the requests from now on, counted from 1
     Seconds delay{0};
-    int code = 4;  // 4: server failure
+    int code = 4;        // 4: server failure
+    Seconds lasting{0};  // every request goes wrong so, for so long from that one on
 };
 
 class VirtualModbus {
@@ -101,7 +102,11 @@ private:
     bool is_plugged_ = true;
     VirtualModbusController controller_;
     std::chrono::nanoseconds advanced_to_{0};
-    std::vector<AnswerFault> faults_;
+    struct DueFault {
+        AnswerFault fault;
+        std::optional<std::chrono::nanoseconds> until{};  // once it has begun
+    };
+    std::vector<DueFault> faults_;
     std::atomic<std::uint64_t> requests_{0};
     std::jthread thread_;  // ends before the rest
 };

@@ -85,6 +85,16 @@ Point VirtualModbusController::told_target() const {
 }
 
 void VirtualModbusController::write(int address, std::span<const std::uint16_t> words) {
+    const int registers = static_cast<int>(words.size());
+    if (holds(F::control_word, address, registers) || holds(F::sequence, address, registers)) ++commands_;
+    if (options_.scan.count() > 0.0) {
+        inbox_.emplace_back(address, std::vector<std::uint16_t>(words.begin(), words.end()));
+    } else {
+        take(address, words);
+    }
+}
+
+void VirtualModbusController::take(int address, std::span<const std::uint16_t> words) {
     std::ranges::copy(words, words_.begin() + (address - first_address_));
     if (is_frozen_) return;
     const int registers = static_cast<int>(words.size());
@@ -92,8 +102,12 @@ void VirtualModbusController::write(int address, std::span<const std::uint16_t> 
         heartbeat_ = told(F::heartbeat);
         silence_ = Seconds(0);
     }
+    const bool had_set_point = (control_word_ & cia402::kNewSetPoint) != 0;
     if (holds(F::control_word, address, registers)) control(told(F::control_word));
-    if (holds(F::sequence, address, registers) && told(F::sequence) != sequence_) start();
+    if (!holds(F::sequence, address, registers) || told(F::sequence) == sequence_) return;
+    const bool is_edge = !had_set_point && (control_word_ & cia402::kNewSetPoint) != 0;
+    ++(is_edge ? set_points_ : commands_without_edge_);
+    start();
 }
 
 void VirtualModbusController::control(std::uint16_t word) {
@@ -156,6 +170,7 @@ void VirtualModbusController::start() {
     const auto guard = told(F::stop_on_touch) == 0 || armed_ == Armed::nothing ? VirtualTool::Guard::none
                        : armed_ == Armed::closing                              ? VirtualTool::Guard::until_contact
                                                                                : VirtualTool::Guard::until_release;
+    direction_ = (target - tool_.position()).stableNormalized();
     tool_.start_move(target, slowness * get_value(words_, first_address_, options_.profile, F::velocity), guard);
 }
 
@@ -178,14 +193,33 @@ void VirtualModbusController::latch() {
         }
         stored_ = cia402::kPositiveEdgeStored;
         edges_ = bits(edges_ + (suffers(MachineFault::repeated_edge) ? 2U : 1U));
+        if (fault_ >= MachineFault::zero_position && fault_ <= MachineFault::shifted_beside && !is_false_) {
+            is_false_ = true;
+            position_at_contact_ = tool_.position();
+        }
         if (suffers(MachineFault::stale_latch)) return;
     } else {
         stored_ = cia402::kNegativeEdgeStored;
     }
-    latched_ = *trigger;
+    latched_ = *trigger + latch_shift_ * direction_;
 }
 
 void VirtualModbusController::advance(Seconds time) {
+    if (options_.scan.count() <= 0.0) return pass(time);
+    while (time.count() > 0.0) {
+        const Seconds step = std::min(time, options_.scan - since_scan_);
+        pass(step);
+        time -= step;
+        since_scan_ += step;
+        if (since_scan_ < options_.scan) continue;
+        since_scan_ = Seconds(0);
+        for (const auto& [address, words] : std::exchange(inbox_, {})) take(address, words);
+        show();
+        image_ = words_;
+    }
+}
+
+void VirtualModbusController::pass(Seconds time) {
     if (!tool_.is_moving()) return tool_.advance(time * options_.speedup);
     if (armed_ == Armed::closing && suffers(MachineFault::spurious_trigger)) tool_.trigger_spuriously();
     if (suffers(MachineFault::limit)) fail(cia402::kLimitFault);
@@ -202,6 +236,23 @@ void VirtualModbusController::advance(Seconds time) {
     }
     tool_.advance((time - heard) * options_.speedup);
     latch();
+}
+
+void VirtualModbusController::mend() {
+    fault_.reset();
+    is_false_ = false;
+}
+
+void VirtualModbusController::disable() {
+    drive_state_ = kDisabled;
+    if (tool_.is_moving()) tool_.decelerate();
+}
+
+void VirtualModbusController::press_emergency_stop() { fail(cia402::kExternalFault); }
+
+void VirtualModbusController::quick_stop() {
+    drive_state_ = bits(drive_state_ & ~static_cast<unsigned>(cia402::kQuickStopInactive));
+    if (tool_.is_moving()) tool_.decelerate();
 }
 
 void VirtualModbusController::freeze() {
@@ -222,16 +273,52 @@ void VirtualModbusController::reset() {
     control_word_ = fault_code_ = sequence_ = heartbeat_ = stored_ = edges_ = 0;
     armed_ = Armed::nothing;
     latched_ = Point::Zero();
-    fault_.reset();
+    inbox_.clear();
+    mend();
 }
 
 void VirtualModbusController::put(F field, double value) { put_value(words_, first_address_, options_.profile, field, value); }
+
+void VirtualModbusController::swap_words() {
+    for (const F x : {F::actual_x, F::latched_x}) {
+        for (int axis = 0; axis < 3; ++axis) {
+            const ModbusRegister& entry = options_.profile[axis_of(x, axis)];
+            const auto at = static_cast<std::size_t>(entry.address - first_address_);
+            if (entry.bits == 32) std::swap(words_[at], words_[at + 1]);
+        }
+    }
+}
 
 void VirtualModbusController::put(F x, const Point& p) {
     for (int axis = 0; axis < 3; ++axis) put(axis_of(x, axis), p[axis]);
 }
 
+// What it says of where it is.
+Point VirtualModbusController::told_position() const {
+    constexpr double kShift = 30.0;  // mm
+    const Point position = tool_.position();
+    if (!is_false_ || !fault_) return position;
+    switch (*fault_) {
+        case MachineFault::zero_position:
+            return Point::Zero();
+        case MachineFault::frozen_position:
+            return position_at_contact_;
+        case MachineFault::shifted_along:
+            return position - kShift * Vector::UnitX();
+        case MachineFault::shifted_beside:
+            return position + kShift * Vector::UnitY();
+        default:
+            return position;
+    }
+}
+
 std::span<const std::uint16_t> VirtualModbusController::registers() {
+    if (options_.scan.count() > 0.0 && !image_.empty()) return image_;
+    show();
+    return words_;
+}
+
+void VirtualModbusController::show() {
     const ModbusProfile& profile = options_.profile;
     if (!is_frozen_) {
         const unsigned homed = is_homed_ ? 1U << static_cast<unsigned>(profile.homed_bit) : 0U;
@@ -239,10 +326,11 @@ std::span<const std::uint16_t> VirtualModbusController::registers() {
         const unsigned closed = tool_.is_probe_closed() || is_stuck ? 1U << static_cast<unsigned>(profile.probe_closed_bit) : 0U;
         put(F::status_word, bits(drive_state_ | homed | (tool_.is_moving() ? 0U : cia402::kStanding)));
         put(F::fault_code, fault_code_);
-        put(F::actual_x, tool_.position());
+        put(F::actual_x, told_position());
         put(F::touch_probe_status, bits(stored_ | closed | (armed_ == Armed::nothing ? 0U : cia402::kProbeEnabled)));
         put(F::edge_counter, edges_);
         put(F::latched_x, latched_);
+        if (is_false_ && fault_ == MachineFault::swapped_words) swap_words();
         put(F::sequence_echo, sequence_);
         put(F::heartbeat_echo, heartbeat_);
     }
@@ -252,7 +340,6 @@ std::span<const std::uint16_t> VirtualModbusController::registers() {
     put(F::max_x, options_.tool.limits.max + Vector::Constant(kWobble * looks_));
     std::ranges::copy(registers_of_text(options_.identity, profile.identity.registers),
                       words_.begin() + (profile.identity.address - first_address_));
-    return words_;
 }
 
 }  // namespace palpate

@@ -31,6 +31,10 @@ MachineReport to_report(const ModbusReport& said, const Point& origin) {
     add("homed", said.is_homed, "yes", "no", "home it at its own panel: nobody knows where the tool is");
     report.settings.push_back({"fault", said.lines().back(), said.fault_code == 0 ? "" : "clear its cause"});
     add("probe", !said.is_probe_closed, "open", "closed", "free it, or look at its lead");
+    if (const std::string problem = said.position_problem(); !problem.empty()) {
+        report.settings.push_back({"position", point_text(said.position) + " (machine)", problem});
+    }
+    report.settings.push_back({"answers", said.timing_text(), said.timing_problem()});
     return report;
 }
 

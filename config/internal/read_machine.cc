@@ -54,9 +54,19 @@ ModbusSpec read_modbus(Section& section, const std::filesystem::path& folder) {
         modbus.link.where = rtu;
     });
     modbus.link.unit = section.whole_number({"unit", "the controller's unit id, 1 to 247"}, 1, kMaxUnit, modbus.link.unit);
-    modbus.link.slowest_answer = Seconds(section.number({"slowest_answer", "what an answer may take at most", Need::optional, "s"},
+    modbus.link.slowest_answer = Seconds(section.number({"slowest_answer",
+                                                         "what an answer may take at most; one that is lost for so long while the axes "
+                                                         "move lets the controller stop by itself, and the move goes on afterwards",
+                                                         Need::optional, "s"},
                                                         kPositive, modbus.link.slowest_answer.count()));
     modbus.link.answer_timeout = modbus.link.slowest_answer;  // each is waited for as long as one may take
+    modbus.link.reconnect_time =
+        Seconds(section.number({"reconnect_time", "a controller or a network that is away is waited for so long", Need::optional, "s"},
+                               kNotNegative, modbus.link.reconnect_time.count()));
+    modbus.link.busy_time = Seconds(
+        section.number({"busy_time", "exceptions 5, 6 and 0Bh (acknowledge, busy, gateway target failed) are tried again for so long",
+                        Need::optional, "s"},
+                       kNotNegative, modbus.link.busy_time.count()));
     const std::string profile = section.text(
         {"profile", "file with the register map, relative to the config file; see devices/README.md", Need::optional, "", "ours"});
     if (!profile.empty()) modbus.profile = (folder / profile).lexically_normal();
@@ -104,9 +114,11 @@ MachineConfig read_machine(Section& section, const std::filesystem::path& folder
                     [&](Section& inner) { machine.connection = read_grbl(inner); });
     section.mapping({"modbus", "a controller that speaks Modbus", Need::alternative},
                     [&](Section& inner) { machine.connection = read_modbus(inner, folder); });
-    machine.homing = static_cast<Homing>(section.word(
-        {"homing", "a machine that is locked or not homed is refused, is homed, or (no switches) is taken to be where it says"},
-        kHomingWords, static_cast<std::size_t>(machine.homing)));
+    machine.homing = static_cast<Homing>(
+        section.word({"homing",
+                      "a machine that is locked or not homed is refused, is homed, or (no switches) is taken to be where it says; with "
+                      "machine.modbus: require"},
+                     kHomingWords, static_cast<std::size_t>(machine.homing)));
     machine.origin = section.vector({"origin", "machine coordinates of this configuration's origin", Need::optional, kMillimetres},
                                     kAnyNumber, machine.origin);
     section.mapping({"limits", "box that the tool never leaves, in this configuration's coordinates", Need::required},

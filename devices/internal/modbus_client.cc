@@ -1,5 +1,6 @@
 #include "devices/internal/modbus_client.h"
 
+#include <algorithm>
 #include <array>
 #include <chrono>
 #include <utility>
@@ -12,9 +13,14 @@ namespace {
 
 // How often a request is sent again after its answer was lost.
 constexpr int kRepeats = 2;
-// A controller that works in cycles echoes in its next one; 20 ms are a slow cycle.
-constexpr int kEchoReads = 8;
+// Between looks that wait for an echo.
 constexpr std::chrono::milliseconds kEchoPause{5};
+// Between requests to a unit that is busy.
+constexpr std::chrono::milliseconds kBusyPause{20};
+// Modbus application protocol 7: acknowledged, busy, the gateway's target does not answer.
+constexpr std::array kPassing{5, 6, 11};
+
+std::chrono::nanoseconds nanoseconds(Seconds time) { return std::chrono::duration_cast<std::chrono::nanoseconds>(time); }
 
 ModbusProfile checked(ModbusProfile profile) {
     check_profile(profile);
@@ -29,24 +35,36 @@ ModbusClient::ModbusClient(const ModbusLinkOptions& link, ModbusProfile profile,
       link_(link, clock),
       command_(span_of(profile_, ModbusBlock::command)),
       status_(span_of(profile_, ModbusBlock::status)),
-      limits_(span_of(profile_, ModbusBlock::limits)) {}
+      limits_(span_of(profile_, ModbusBlock::limits)) {
+    is_combined_ = profile_.read_write && finds_read_write();
+}
 
 template <class Call>
-auto ModbusClient::repeating(const Call& call) {
-    for (int attempt = 0;; ++attempt) {
+auto ModbusClient::repeating(const Call& call, Seconds busy) {
+    const auto give_up_at = clock_.now() + nanoseconds(busy);
+    bool was_busy = false;
+    for (int attempt = 0;;) {
         try {
             return call();
+        } catch (const DeviceRefused& refused) {
+            if (std::ranges::find(kPassing, refused.code()) == kPassing.end() || clock_.now() >= give_up_at) throw;
+            clock_.sleep(kBusyPause);
+            if (std::exchange(was_busy, true)) continue;
         } catch (const DeviceTimeout&) {
-            if (attempt == kRepeats) throw;
+            if (attempt++ == kRepeats) throw;
         } catch (const BadAnswer&) {
-            if (attempt == kRepeats) throw;
+            if (attempt++ == kRepeats) throw;
         }
         ++lost_answers_;
     }
 }
 
-ModbusStatus ModbusClient::read_status() {
-    const std::vector<std::uint16_t> words = link_.read(status_.address, status_.registers);
+template <class Call>
+auto ModbusClient::repeating(const Call& call) {
+    return repeating(call, link_.options().busy_time);
+}
+
+ModbusStatus ModbusClient::status_of(const std::vector<std::uint16_t>& words) const {
     const auto word = [&](ModbusField field) { return get_word(words, status_.address, profile_, field); };
     ModbusStatus status;
     status.status_word = word(ModbusField::status_word);
@@ -64,18 +82,52 @@ ModbusStatus ModbusClient::read_status() {
     return status;
 }
 
+// A controller that does not know the function says so, or is silent.
+bool ModbusClient::finds_read_write() {
+    is_combined_ = true;
+    try {
+        (void)repeating([&] { return beat_and_read(); });
+    } catch (const ConnectionLost&) {
+        throw;
+    } catch (const DeviceError&) {
+        return false;
+    }
+    return true;
+}
+
+ModbusStatus ModbusClient::beat_and_read() {
+    const std::array beat{++heartbeat_};
+    const int address = profile_[ModbusField::heartbeat].address;
+    if (is_combined_) return status_of(link_.write_and_read(address, beat, status_.address, status_.registers));
+    link_.write(address, beat);
+    return status_of(link_.read(status_.address, status_.registers));
+}
+
+Seconds ModbusClient::look() {
+    const auto asked_at = clock_.now();
+    (void)repeating([&] { return beat_and_read(); });
+    return clock_.now() - asked_at;
+}
+
 ModbusStatus ModbusClient::status() {
-    return repeating([&] {
-        const std::array beat{++heartbeat_};
-        link_.write(profile_[ModbusField::heartbeat].address, beat);
-        for (int read = 0; read < kEchoReads; ++read) {
-            if (read > 0) clock_.sleep(kEchoPause);
-            if (ModbusStatus status = read_status(); status.heartbeat == heartbeat_) return status;
-        }
-        throw DeviceTimeout("waited for " + link_.name() + " to echo the heartbeat " + std::to_string(heartbeat_) +
-                            ": it answers, but its program stands still or does not know the profile " + profile_.name + "; " +
-                            link_.last_exchange());
-    });
+    const auto first = static_cast<std::uint16_t>(heartbeat_ + 1U);
+    const auto after_first = [first](std::uint16_t beat) { return static_cast<std::uint16_t>(beat - first); };  // wraps
+    const auto give_up_at = clock_.now() + nanoseconds(profile_.echo_limit);
+    while (true) {
+        const auto asked_at = clock_.now();
+        ModbusStatus status = repeating([&] {
+            const auto begun_at = clock_.now();
+            ModbusStatus now = beat_and_read();
+            look_time_ = clock_.now() - begun_at;
+            return now;
+        });
+        if (after_first(status.heartbeat) <= after_first(heartbeat_)) return status;
+        if (clock_.now() >= give_up_at) break;
+        if (const auto next = asked_at + kEchoPause; clock_.now() < next) clock_.sleep(next - clock_.now());
+    }
+    throw BadAnswer("waited for " + link_.name() + " to echo the heartbeat " + std::to_string(first) +
+                    ": it answers, but its program stands still or does not know the profile " + profile_.name +
+                    ", or it echoes later than echo_limit there; " + link_.last_exchange());
 }
 
 std::string ModbusClient::identity() {
@@ -128,7 +180,24 @@ void ModbusClient::write_control(std::uint16_t word) {
     repeating([&] { link_.write(profile_[ModbusField::control_word].address, words); });
 }
 
-void ModbusClient::halt() { write_control(cia402::kEnableOperation | cia402::kHalt); }
+void ModbusClient::halt(Seconds limit) {
+    constexpr std::uint16_t kWord = cia402::kEnableOperation | cia402::kHalt;
+    const auto give_up_at = clock_.now() + nanoseconds(limit);
+    while (true) {
+        try {
+            return write_control(kWord);
+        } catch (const ConnectionLost&) {
+            throw;
+        } catch (const DeviceError& error) {
+            clock_.sleep(kBusyPause);
+            if (clock_.now() < give_up_at) continue;
+            throw DeviceTimeout("a halt was not heard: " + std::string(error.what()) +
+                                "; the machine may still move: use its own stop, and look where the tool is");
+        }
+    }
+}
+
+void ModbusClient::take_back_set_point() { write_control(cia402::kEnableOperation); }
 
 void ModbusClient::reset_fault() {
     write_control(0);  // the reset is the rising edge of its bit
@@ -136,10 +205,18 @@ void ModbusClient::reset_fault() {
     enable();
 }
 
+void ModbusClient::wait_for(std::uint16_t state) {
+    const auto give_up_at = clock_.now() + nanoseconds(profile_.echo_limit);
+    while (!status().has(state) && clock_.now() < give_up_at) clock_.sleep(kEchoPause);
+}
+
 void ModbusClient::enable() {
     write_control(cia402::kShutdown);
+    wait_for(cia402::kReadyToSwitchOn);
     write_control(cia402::kSwitchOn);
+    wait_for(cia402::kSwitchedOn);
     write_control(cia402::kEnableOperation);
+    wait_for(cia402::kOperationEnabled);
 }
 
 }  // namespace palpate

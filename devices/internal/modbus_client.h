@@ -3,6 +3,7 @@
 
 #include <cstdint>
 #include <string>
+#include <vector>
 
 #include "devices/modbus_bits.h"
 #include "devices/modbus_link.h"
@@ -43,12 +44,18 @@ struct ModbusCommand {
 // Repeats what may be repeated when an answer is lost. What its calls throw: see ModbusLink.
 class ModbusClient {
 public:
-    // Throws std::invalid_argument on a profile that check_profile refuses, and as ModbusLink does.
+    // Finds out whether a heartbeat and the status fit in one request. Throws std::invalid_argument on a profile that check_profile
+    // refuses, and as ModbusLink does.
     ModbusClient(const ModbusLinkOptions& link, ModbusProfile profile, Clock& clock);
 
-    // Sends a heartbeat and reads the status block. It is the answer to that heartbeat: a block that echoes another is late, and is
-    // read again; DeviceTimeout if the echo does not come.
+    // Sends heartbeats and reads the status block until it echoes one of them, so that it is no answer to an earlier question. Throws
+    // BadAnswer if no echo comes.
     [[nodiscard]] ModbusStatus status();
+    // The same without waiting for the echo: how long it took, by the clock.
+    Seconds look();
+    // What the last look took, without waiting for the echo; requests in one.
+    [[nodiscard]] Seconds look_time() const { return look_time_; }
+    [[nodiscard]] int look_requests() const { return is_combined_ ? 1 : 2; }
     [[nodiscard]] std::string identity();
     // Read twice: two equal answers in a row, with another kind of request between them, are no late ones.
     [[nodiscard]] Box limits();
@@ -56,8 +63,12 @@ public:
     // Sends the command block in one frame. If its answer is lost, the echo tells whether it arrived; it is sent again with the same
     // number, which starts nothing twice.
     void start(const ModbusCommand& command);
-    void halt();
+    // Until it is heard, for so long. Throws as any request, and says that the machine may still move.
+    void halt(Seconds limit);
+    // The control word without the set-point bit.
+    void take_back_set_point();
     void reset_fault();
+    // Waits for each state on the way, for as long as an echo may take. A controller that does not show one is told the next all the same.
     void enable();
 
     [[nodiscard]] std::uint64_t lost_answers() const { return lost_answers_; }
@@ -66,10 +77,15 @@ public:
     [[nodiscard]] const ModbusProfile& profile() const { return profile_; }
 
 private:
-    // Runs `call` again after silence or garbage, a few times.
+    // Runs `call` again after silence or garbage, a few times, and for `busy` where the unit is busy or not reached.
+    template <class Call>
+    auto repeating(const Call& call, Seconds busy);
     template <class Call>
     auto repeating(const Call& call);
-    [[nodiscard]] ModbusStatus read_status();
+    [[nodiscard]] bool finds_read_write();
+    [[nodiscard]] ModbusStatus beat_and_read();
+    [[nodiscard]] ModbusStatus status_of(const std::vector<std::uint16_t>& words) const;
+    void wait_for(std::uint16_t state);
     [[nodiscard]] Box read_limits();
     void write_control(std::uint16_t word);
 
@@ -79,6 +95,8 @@ private:
     ModbusSpan command_;
     ModbusSpan status_;
     ModbusSpan limits_;
+    bool is_combined_ = false;
+    Seconds look_time_{0};
     std::uint16_t heartbeat_ = 0;
     std::uint64_t lost_answers_ = 0;
 };

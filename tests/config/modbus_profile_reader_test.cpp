@@ -45,6 +45,8 @@ TEST(ModbusProfileReader, TheFileOfTheStandardIsTheStandard) {
     EXPECT_EQ(read.homed_bit, standard.homed_bit);
     EXPECT_EQ(read.probe_closed_bit, standard.probe_closed_bit);
     EXPECT_EQ(read.heartbeat_limit, standard.heartbeat_limit);
+    EXPECT_EQ(read.echo_limit, standard.echo_limit);
+    EXPECT_EQ(read.read_write, standard.read_write);
     for (const ModbusField field : all_modbus_fields()) EXPECT_EQ(read[field], standard[field]) << name_of(field);
 }
 
@@ -54,7 +56,10 @@ TEST(ModbusProfileReader, AnotherControllerNeedsNoCode) {
     text.replace(text.find(from), from.size(), "status_word: {address: 600}");
     const std::string sped = "velocity: {address: 263, type: u32, unit: 0.001}";
     text.replace(text.find(sped), sped.size(), "velocity: {address: 263, type: u32, unit: 0.5}");
+    const std::string both = "read_write: true";
+    text.replace(text.find(both), both.size(), "");
     const ModbusProfile read = read_text(text);
+    EXPECT_FALSE(read.read_write) << "nobody is asked for a function that he may not know";
     EXPECT_EQ(read.word_order, ModbusWordOrder::low_first);
     EXPECT_EQ(read[ModbusField::status_word].address, 600);
     EXPECT_EQ(read[ModbusField::velocity].unit, 0.5);
@@ -68,6 +73,7 @@ TEST(ModbusProfileReader, WhatIsWrongIsNamed) {
     expect_refused(changed("{address: 512}", "{address: 515}"), "actual_x");
     expect_refused(changed("{address: 288}", "{address: 99999999999}"), "heartbeat");
     expect_refused(changed("homed_bit: 14", "homed_bit: 16"), "homed_bit");
+    expect_refused(changed("echo_limit: 0.5", "echo_limit: 0"), "echo_limit");
     expect_refused("[1, 2]", "standard.yaml");
     expect_refused("", "");
 }

@@ -46,6 +46,11 @@ TEST_F(MachineReader, FillsInDefaults) {
     EXPECT_EQ(modbus.link.unit, 1);
     const auto slow = std::get<ModbusSpec>(read("machine: {modbus: {tcp: {host: mill}, slowest_answer: 3}, " + kRest).machine->connection);
     EXPECT_EQ(slow.link.answer_timeout, Seconds(3)) << "an answer is waited for as long as one may take";
+    EXPECT_EQ(slow.link.reconnect_time, Seconds(10));
+    const auto patient =
+        std::get<ModbusSpec>(read("machine: {modbus: {tcp: {host: mill}, reconnect_time: 60, busy_time: 2}, " + kRest).machine->connection);
+    EXPECT_EQ(patient.link.reconnect_time, Seconds(60));
+    EXPECT_EQ(patient.link.busy_time, Seconds(2));
 }
 
 // What the planner has to know of the machine goes with the task.

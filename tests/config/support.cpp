@@ -112,6 +112,8 @@ MachineConfig random_machine(Random& random) {
         }
         modbus.link.unit = static_cast<int>(1 + random() % 247);
         modbus.link.answer_timeout = modbus.link.slowest_answer = Seconds(positive(random));
+        modbus.link.reconnect_time = Seconds(positive(random));
+        modbus.link.busy_time = Seconds(positive(random));
         if (flip(random)) modbus.profile = "/no such folder/profile.yaml";
         machine.connection = modbus;
     }
@@ -179,7 +181,10 @@ public:
     void add(const GrblSpec& g) { add_all(g.port.path, std::uint64_t(g.port.baud), std::uint64_t{g.port.reset}); }
     void add(const ModbusTcp& t) { add_all(t.host, std::uint64_t(t.port)); }
     void add(const ModbusRtu& r) { add_all(r.path, std::uint64_t(r.baud), std::string(1, r.parity), std::uint64_t(r.stop_bits)); }
-    void add(const ModbusSpec& m) { add_all(m.link.where, std::uint64_t(m.link.unit), m.link.slowest_answer.count(), m.profile.string()); }
+    void add(const ModbusSpec& m) {
+        add_all(m.link.where, std::uint64_t(m.link.unit), m.link.slowest_answer.count(), m.link.reconnect_time.count(),
+                m.link.busy_time.count(), m.profile.string());
+    }
     void add(const MachineConfig& m) {
         const Kinematics& k = m.kinematics;
         add_all(m.connection, std::uint64_t(m.homing), m.origin, m.limits, k.feeds.travel_mm_per_s, k.feeds.probe_mm_per_s,

@@ -177,7 +177,7 @@ TEST_P(ModbusDeviceOn, ALostAnswerToTheCommandDoesNotMoveTwice) {
 TEST(ModbusDevice, AnotherUnitsAnswerInMidMoveIsAskedForAgain) {
     Machine machine(Wire::rtu);
     const auto device = machine.device();
-    machine.inject({AnswerFault::Kind::other_unit, 9});
+    machine.inject({AnswerFault::Kind::other_unit, 14});  // after the command
     const MoveResult result = device->guarded_move({0, 0, 0}, Pace::probe);
     EXPECT_EQ(result.outcome, Outcome::contact);
     EXPECT_NEAR((result.position - Point(test::kRadius, 0, 0)).norm(), 0, kRounding);
@@ -435,7 +435,7 @@ TEST_P(ModbusDeviceInMidMove, AConnectionThatIsLostForAMomentCostsNothing) {
 
 TEST_P(ModbusDeviceInMidMove, AMoveThatWasGivenUpWhileTheLineWasDownIsResumable) {
     ModbusDeviceOptions options = machine.options();
-    options.link.reconnects = 100;
+    options.link.reconnect_time = Seconds(2);
     ModbusDevice device(options, machine.clock());
     {
         const auto helper = meanwhile([&] {
@@ -457,7 +457,7 @@ TEST_P(ModbusDeviceInMidMove, AMoveThatWasGivenUpWhileTheLineWasDownIsResumable)
 
 TEST_P(ModbusDeviceInMidMove, ATouchWhileTheLineWasDownIsNotLost) {
     ModbusDeviceOptions options = machine.options();
-    options.link.reconnects = 100;
+    options.link.reconnect_time = Seconds(2);
     ModbusDevice device(options, machine.clock());
     (void)device.guarded_move({7, 0, 0}, Pace::probe);
     // 2 mm are left, 0.05 s: the touch comes before the silence is too long.

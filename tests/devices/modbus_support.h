@@ -28,6 +28,7 @@ inline const Point kOrigin(1.0, -2.0, 3.0);  // of our coordinates in the machin
 inline const Point kStart(20.0, 0.0, 0.0);   // where the tool is at first, in ours
 constexpr Seconds kAnswerTimeout{0.1};
 constexpr Seconds kSlowestAnswer{0.2};
+constexpr Seconds kBusyTime{0.2};
 
 // Moves take a fiftieth of their time, so that tests are short; the heartbeat is watched in ours.
 constexpr double kSpeedup = 50.0;
@@ -51,7 +52,9 @@ public:
         link.answer_timeout = kAnswerTimeout;
         link.slowest_answer = kSlowestAnswer;
         link.reconnects = 3;
+        link.reconnect_time = Seconds(0.06);
         link.reconnect_pause = Seconds(0.02);
+        link.busy_time = kBusyTime;
         return link;
     }
     [[nodiscard]] ModbusDeviceOptions options() const {
@@ -59,6 +62,7 @@ public:
         options.link = link();
         options.origin = kOrigin;
         options.kinematics.retract_mm = 1.0;
+        options.profile.read_write = false;  // so that tests know which request is which; modbus_device_timing_test has the other way
         return options;
     }
     [[nodiscard]] std::unique_ptr<ModbusDevice> device(const std::stop_token& stop = {}) {
@@ -79,6 +83,16 @@ public:
     // In our coordinates.
     [[nodiscard]] Point tool() {
         return virtual_.with_controller([](const VirtualModbusController& c) { return c.tool().position(); }) - kOrigin;
+    }
+    // In our coordinates: where it really is.
+    [[nodiscard]] Point true_tool() {
+        return virtual_.with_controller([](const VirtualModbusController& c) { return c.tool().true_position(); }) - kOrigin;
+    }
+    [[nodiscard]] bool is_probe_closed() {
+        return virtual_.with_controller([](const VirtualModbusController& c) { return c.tool().is_probe_closed(); });
+    }
+    [[nodiscard]] std::uint64_t commands() {
+        return virtual_.with_controller([](const VirtualModbusController& c) { return c.commands(); });
     }
     [[nodiscard]] std::uint64_t heartbeat_stops() {
         return virtual_.with_controller([](const VirtualModbusController& c) { return c.heartbeat_stops(); });
