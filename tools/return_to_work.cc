@@ -118,7 +118,8 @@ private:
         } else if (const auto known = std::ranges::find_if(datum_, [&](const DatumPlace& p) { return is_at(p, at, beside); });
                    known != datum_.end()) {
             place_ = known->from;
-        } else if (!workspace_.contains(at)) {
+        } else if (!workspace_.contains(at) || (workspace_.nearest_boundary(at) - at).norm() <= beside) {
+            // On a way around the workspace, too, which touches its boundary.
             const Point start = journal_.header.start;
             const Point out = workspace_.nearest_boundary(at);
             const Point in = workspace_.nearest_boundary(start);
