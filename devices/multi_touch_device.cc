@@ -119,7 +119,10 @@ MultiTouchDevice::Verdict MultiTouchDevice::measure(const Way& way, double first
                 events.push_back({Kind::spurious_trigger, way.at(first)});
                 return {Verdict::Kind::nothing, first};
             }
-            if (met == 0) continue;
+            if (met == 0) {
+                samples.need_one_more();  // a false trigger and another may lie together by chance
+                continue;
+            }
             events.push_back({Kind::scattered_touch, way.at(first + overreach())});
         } else if (touched->place < first - overreach()) {
             events.push_back({Kind::spurious_trigger, way.at(touched->place)});
