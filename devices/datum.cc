@@ -38,12 +38,12 @@ struct Candidate {
     double cost = 0.0;  // mm of way
 };
 
-std::vector<Candidate> contacts_of(const Journal& journal) {
+std::vector<Candidate> contacts_of(const Journal& journal, std::size_t moves) {
     std::vector<Candidate> contacts;
-    for (std::size_t k = 0; k < journal.moves.size(); ++k) {
+    for (std::size_t k = 0; k < std::min(moves, journal.moves.size()); ++k) {
         const JournalMove& move = journal.moves[k];
         if (move.pace != Pace::probe || move.result.outcome != MoveResult::Outcome::contact) continue;
-        const Point& from = k == 0 ? journal.header.start : journal.moves[k - 1].rest;
+        const Point& from = journal.rest_before(k);
         const Vector way = move.result.position - from;
         if (way.isZero()) continue;
         contacts.push_back({{move.line, from, move.result.position, way.normalized(), Vector::Zero()}, way.norm()});
@@ -122,8 +122,8 @@ void add_by_direction(std::vector<DatumPlace>& places, const std::vector<Candida
 
 }  // namespace
 
-std::vector<DatumPlace> choose_datum_places(const Journal& journal, const Trail& trail, const Point& from) {
-    std::vector<Candidate> all = contacts_of(journal);
+std::vector<DatumPlace> choose_datum_places(const Journal& journal, const Trail& trail, const Point& from, std::size_t moves) {
+    std::vector<Candidate> all = contacts_of(journal, moves);
     std::vector<Point> starts;
     std::vector<Point> touches;
     for (const Candidate& c : all) {
@@ -132,6 +132,7 @@ std::vector<DatumPlace> choose_datum_places(const Journal& journal, const Trail&
     }
     const std::vector<double> ways = trail.lengths(from, starts);
     for (std::size_t k = 0; k < all.size(); ++k) all[k].cost += ways[k];
+    std::erase_if(all, [](const Candidate& c) { return !std::isfinite(c.cost); });
     std::ranges::stable_sort(all, {}, &Candidate::cost);
     std::vector<Candidate> looked_at;
     const std::size_t rest = all.size() - std::min(kNearest, all.size());

@@ -21,7 +21,8 @@ struct DatumPlace {
 
 // Up to three, near to `from` over ways that were gone, in the order in which they are best visited. Those whose normals are known and
 // independent come first.
-[[nodiscard]] std::vector<DatumPlace> choose_datum_places(const Journal& journal, const Trail& trail, const Point& from);
+// Only contacts among the first `moves` of the journal are believed.
+[[nodiscard]] std::vector<DatumPlace> choose_datum_places(const Journal& journal, const Trail& trail, const Point& from, std::size_t moves);
 
 // In how many independent directions, 0 to 3, those places would show a shift of 5 touch errors: their normals' singular values that are
 // large enough for an offset of 2 touch errors at one of them at least.

@@ -6,7 +6,7 @@
 #include <numbers>
 
 #include "devices/errors.h"
-#include "devices/trail.h"
+#include "devices/multi_touch_device.h"
 
 namespace palpate {
 namespace {
@@ -17,8 +17,6 @@ using Outcome = MoveResult::Outcome;
 constexpr int kDirections = 6;
 // ... first by this part of what is allowed, then by all of it.
 constexpr double kFirstOffset = 0.4;
-// Triggers on one way where twice nothing was when looked at again, before that is something.
-constexpr int kMaxFalseTriggers = 8;
 
 }  // namespace
 
@@ -35,9 +33,8 @@ MoveResult DeviceOracle::move(const Point& target, Pace pace) {
 }
 
 void DeviceOracle::travel_to(const Point& target, Pace pace) {
-    moves_ = 0;
-    MoveResult result = move(target, pace);
-    for (int again = 0; result.outcome == Outcome::vanished && again < kMaxFalseTriggers; ++again) result = move(target, pace);
+    moves_ = 1;  // of those that count: false triggers before it aside
+    const MoveResult result = move_past_sparks(device_, target, pace);
     if (result.outcome == Outcome::reached) return;
     const Point& touched = result.position;
     if (touch_error_ > 0) {

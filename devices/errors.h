@@ -30,8 +30,8 @@ public:
 // The probe touched something where the planner had proven space free: the part moved, a false trigger, or a false bound.
 class UnexpectedContact : public DeviceError {
 public:
-    // `moves`: how many moves were made from the one that first touched it, that one included.
-    UnexpectedContact(const Point& where, const std::string& during, std::size_t moves = 1)
+    // `moves`: how many moves were made from the one that first touched it, that one included; 0 if that is not known to a journal.
+    UnexpectedContact(const Point& where, const std::string& during, std::size_t moves = 0)
         : DeviceError("touched something at " + point_text(where) + " during " + during +
                       ", where space should be free: the part moved, the probe triggered falsely, or what was taken to be free is not"),
           where_(where),

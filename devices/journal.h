@@ -83,15 +83,13 @@ struct Journal {
 
     // Where the tool rests after all of it.
     [[nodiscard]] const Point& last_rest() const { return moves.empty() ? header.start : moves.back().rest; }
-    // The last probe that found free what a touch then contradicted, within `tolerance` (mm), of the first `count` moves: it missed S.
-    [[nodiscard]] std::optional<std::size_t> last_clear_at(const Point& touched, double tolerance, std::size_t count) const;
+    // The last probe, of the first `count` moves, that found a place free (within `tolerance`, mm) which was touched then: it missed S.
+    [[nodiscard]] std::optional<std::size_t> last_passed(const Point& touched, double tolerance, std::size_t count) const;
     // Where the tool was before a move.
     [[nodiscard]] const Point& rest_before(std::size_t move) const { return move == 0 ? header.start : moves[move - 1].rest; }
     // So many moves come up to and with the last that something was touched in: nothing but a touch shows that the probe works, and what was
     // found free since then is in doubt once a session was interrupted.
     [[nodiscard]] std::size_t confirmed_moves() const;
-    // Where the tool rests after these.
-    [[nodiscard]] const Point& confirmed_rest() const;
 };
 
 // CRC-32 in 8 hexadecimal digits.

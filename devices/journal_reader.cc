@@ -160,13 +160,13 @@ std::size_t Journal::confirmed_moves() const {
     return count;
 }
 
-const Point& Journal::confirmed_rest() const { return rest_before(confirmed_moves()); }
-
-std::optional<std::size_t> Journal::last_clear_at(const Point& touched, double tolerance, std::size_t count) const {
+std::optional<std::size_t> Journal::last_passed(const Point& touched, double tolerance, std::size_t count) const {
     for (std::size_t k = count; k-- > 0;) {
         const JournalMove& move = moves[k];
-        if (move.pace != Pace::probe || move.result.outcome != MoveResult::Outcome::reached) continue;
-        if (distance_to({rest_before(k), move.target}, touched) <= tolerance) return k;
+        const Point& stop = move.result.position;
+        // Beside where it was stopped it did not pass.
+        if (move.pace != Pace::probe || (move.result.outcome != MoveResult::Outcome::reached && (stop - touched).norm() <= tolerance)) continue;
+        if (distance_to({rest_before(k), stop}, touched) <= tolerance) return k;
     }
     return std::nullopt;
 }

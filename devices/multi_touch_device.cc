@@ -159,4 +159,12 @@ void MultiTouchDevice::go_back(const Way& way, double place, Events& events) {
     throw UnexpectedContact(touched, "the way back from a touch");
 }
 
+MoveResult move_past_sparks(ProbeDevice& device, const Point& target, Pace pace) {
+    MoveResult result = device.guarded_move(target, pace);
+    for (int again = 0; result.outcome == Outcome::vanished && again < MultiTouchDevice::kMaxFalseTriggers; ++again) {
+        result = device.guarded_move(target, pace);
+    }
+    return result;
+}
+
 }  // namespace palpate

@@ -67,4 +67,7 @@ private:
     const double retract_mm_;
 };
 
+// On ground that was found to be free, what vanishes (Outcome::vanished) is a false trigger: the move is made again, a few times.
+[[nodiscard]] MoveResult move_past_sparks(ProbeDevice& device, const Point& target, Pace pace);
+
 }  // namespace palpate

@@ -24,7 +24,7 @@ std::array<double, 3> key(const Point& p) { return {p.x(), p.y(), p.z()}; }
 
 }  // namespace
 
-Trail::Trail(const Journal& journal, const Workspace& workspace, const std::optional<Contradiction>& contradiction)
+Trail::Trail(const Journal& journal, const Workspace& workspace, const std::vector<Contradiction>& contradictions)
     : workspace_(workspace) {
     std::map<std::array<double, 3>, std::size_t> known;
     const auto add = [&](const Point& p) {
@@ -41,7 +41,10 @@ Trail::Trail(const Journal& journal, const Workspace& workspace, const std::opti
         const Point& rest = journal.moves[k].rest;
         const std::size_t to = add(rest);
         if (to == at) continue;
-        if (contradiction && distance_to({places_[at], rest}, contradiction->touched) <= contradiction->tolerance) {
+        const auto is_contradicted = [&](const Contradiction& c) {
+            return k >= c.first && k < c.last && distance_to({places_[at], rest}, c.touched) <= c.tolerance;
+        };
+        if (std::any_of(contradictions.begin(), contradictions.end(), is_contradicted)) {
             at = to;
             continue;
         }
@@ -104,6 +107,12 @@ Trail::Ways Trail::ways_to(std::size_t goal, std::optional<std::size_t> start) c
         }
     }
     return ways;
+}
+
+bool Trail::has_way(const Point& from, const Point& to) const {
+    const auto start = find(from);
+    const auto goal = find(to);
+    return start && goal && ways_to(*goal, start).cost[*start] < kInfinity;
 }
 
 std::vector<Point> Trail::way(const Point& from, const Point& to) const {

@@ -12,18 +12,23 @@ namespace palpate {
 
 class Trail {
 public:
-    // A place that was touched although a way had been found free there: ways that pass within `tolerance` (mm) of it are none.
+    // A place that was touched although moves had passed it: of those from the `first` to before the `last`, none that passes within
+    // `tolerance` (mm) counts.
     struct Contradiction {
         Point touched = Point::Zero();
         double tolerance = 0.0;
+        std::size_t first = 0;
+        std::size_t last = 0;
     };
     // Outside `workspace` all is free: places there are joined by ways around it.
-    Trail(const Journal& journal, const Workspace& workspace, const std::optional<Contradiction>& contradiction = {});
+    Trail(const Journal& journal, const Workspace& workspace, const std::vector<Contradiction>& contradictions = {});
 
     // A shortest way over moves that were made and around the workspace, between two places where the tool rested: the points to pass after
     // `from`, up to and with `to`. Throws std::invalid_argument if the tool rested at neither, PositionLost if
     // no way is left.
     [[nodiscard]] std::vector<Point> way(const Point& from, const Point& to) const;
+    // Whether the tool rested at both, and a way is left.
+    [[nodiscard]] bool has_way(const Point& from, const Point& to) const;
     // mm: the lengths of such ways (those that came after the last contact count far more) from a place to each of several; infinite where the tool never rested.
     [[nodiscard]] std::vector<double> lengths(const Point& from, const std::vector<Point>& to) const;
 

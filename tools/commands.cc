@@ -100,7 +100,7 @@ ExitCode check_machine(const CheckCommand& command, const SessionConfig& config,
     }
     const bool at_terminal = ::isatty(STDIN_FILENO) != 0 && ::isatty(STDERR_FILENO) != 0;
     if (is_proven_by_hand(config.machine->probe_proof, at_terminal)) {
-        const bool works = see_probe_pressed(machine, STDIN_FILENO, std::cerr, signals.token());
+        const bool works = see_probe_pressed(machine, STDIN_FILENO, "go on without", std::cerr, signals.token());
         out << "  probe works: " << (works ? "yes, it closed and opened\n" : "not shown  <- look at its lead, plug and battery\n");
         good &= works;
     } else {

@@ -35,7 +35,7 @@ void ask(const std::string& what_will_move, bool yes, const StopSignals& signals
 SessionHost host_for(const MachineConfig& machine, bool yes, const StopSignals& signals) {
     SessionHost host;
     if (is_proven_by_hand(machine.probe_proof, !yes)) {
-        host.press = [&signals](Machine& connected) { return see_probe_pressed(connected, STDIN_FILENO, std::cerr, signals.token()); };
+        host.press = [&signals](Machine& connected) { return see_probe_pressed(connected, STDIN_FILENO, "stop", std::cerr, signals.token()); };
     }
     host.ask = [yes, &signals](const std::string& plan) { ask(plan, yes, signals); };
     host.say = [](const std::string& sentence) { spdlog::info("{}", sentence); };
@@ -65,13 +65,13 @@ ExitCode run_session(const fs::path& folder, const SessionConfig& config, char u
 
 // What the planner asks must not change; where the port is today may.
 void check_overrides(const ResumeCommand& command) {
-    constexpr std::array<std::string_view, 3> kAllowed = {"machine.grbl.", "machine.modbus.", "machine.homing="};
+    constexpr std::array<std::string_view, 4> kAllowed = {"machine.grbl.", "machine.modbus.", "machine.homing=", "machine.probe_proof="};
     if (command.replay && !command.overrides.empty()) throw SetupError("--set: a replay has no machine that it could be for");
     for (const std::string& word : command.overrides) {
         if (std::ranges::any_of(kAllowed, [&](std::string_view allowed) { return word.starts_with(allowed); })) continue;
         throw SetupError("--set " + word +
-                         ": a session goes on as it began; allowed: machine.homing, and what is below machine.grbl or "
-                         "machine.modbus");
+                         ": a session goes on as it began; allowed: machine.homing, machine.probe_proof, and what is below "
+                         "machine.grbl or machine.modbus");
     }
 }
 

@@ -7,6 +7,7 @@
 #include "devices/device_oracle.h"
 #include "devices/errors.h"
 #include "devices/journaling_device.h"
+#include "devices/slow_device.h"
 #include "planner/errors.h"
 #include "planner/number_text.h"
 #include "tools/machine.h"
@@ -67,6 +68,9 @@ bool nobody() { return false; }
 // A shift along these directions would not have been seen.
 void warn_of_blind_directions(const JournalResumption& found, const SessionHost& host) {
     if (found.directions >= 3) return;
+    if (found.contacts.empty()) {
+        return host.say("nothing was touched yet, so nothing shows whether part and machine are where they were: look");
+    }
     host.say(std::to_string(found.contacts.size()) + " known place(s) were touched again, which show a shift of the part or the machine in " +
              std::to_string(found.directions) + " of 3 directions only: look whether both are where they were");
 }
@@ -134,7 +138,7 @@ private:
             record_, &writer_,
             [&](const Point& next_target) -> ProbeDevice& {
                 if (guarded_ == nullptr) return_to({next_target, record_.confirmed_moves(), {}}, false);
-                return guarded_->device();
+                return device();
             },
             host_.stop);
         try {
@@ -144,7 +148,8 @@ private:
             writer_.append(JournalEnd{run.planner_seconds, run.oracle_seconds});
             return run;
         } catch (const SilenceError& error) {
-            if (journal.is_live()) throw DeviceError(error.what());
+            // What came after the last contact is asked again; if that is nothing, there is nothing to ask.
+            if (journal.is_live() || record_.confirmed_moves() == record_.moves.size()) throw DeviceError(error.what());
             host_.say(std::string("the session had stopped: ") + error.what());
             return_to({record_.last_rest(), record_.confirmed_moves(), {}}, false);
         } catch (const UnexpectedContact& contact) {
@@ -157,21 +162,31 @@ private:
     // Space was free and is touched. If a probe found it free, and known places show that neither part nor machine moved, that probe missed S:
     // from there on the session is made again. If not, a session that halted so is asked again once.
     void settle(const UnexpectedContact& contact, JournalingDevice& journal) {
+        const std::size_t count = record_.moves.size();
+        if (contact.moves() == 0 || contact.moves() > count) throw contact;  // it was not the planner's travel
         const double tolerance = 2 * DeviceOracle::kGraze * config_.probing.touch_error;
-        const std::size_t before = record_.moves.size() - std::min(contact.moves(), record_.moves.size());
-        const auto missed = record_.last_clear_at(contact.where(), tolerance, before);
-        const auto is_miss = [](const JournalResumption& r) { return r.after_miss; };
-        const auto misses = static_cast<std::size_t>(std::ranges::count_if(record_.resumptions, is_miss));
-        const bool is_touched = !record_.moves.empty() && record_.moves.size() >= contact.moves() &&
-                                record_.moves[before].result.outcome == MoveResult::Outcome::contact;
-        if (missed && is_touched && misses < kMisses + record_.moves.size() / kMovesPerMiss) {
-            host_.say(std::string(contact.what()) + ". A probe had found that place free; known places are touched again");
-            return_to({record_.last_rest(), *missed, Trail::Contradiction{contact.where(), tolerance}}, true);
+        const std::size_t before = count - contact.moves();
+        const auto missed = record_.last_passed(contact.where(), tolerance, before);
+        if (missed && misses() < kMisses + count / kMovesPerMiss) {
+            host_.say(std::string(contact.what()) + ". A probe had passed there and found nothing; known places are touched again");
+            return_to({record_.last_rest(), *missed, Trail::Contradiction{contact.where(), tolerance, *missed, before}}, true);
         }
         if (journal.is_live() || asked_again_) throw contact;
         asked_again_ = true;
         host_.say(std::string("the session had halted: ") + contact.what() + "; that way is gone again");
         journal.withdraw(contact.moves());
+    }
+
+    // Touches that were missed and found out.
+    [[nodiscard]] std::size_t misses() const {
+        const auto is_miss = [](const JournalResumption& r) { return r.after_miss; };
+        return static_cast<std::size_t>(std::ranges::count_if(record_.resumptions, is_miss));
+    }
+
+    // The machine that is connected.
+    ProbeDevice& device() {
+        if (misses() == 0) return guarded_->device();
+        return slow_.emplace(guarded_->device());
     }
 
     // Connects, if that is not done, touches known places again, and brings the tool to where what is to be believed ends. Nothing but a
@@ -205,6 +220,7 @@ private:
     Journal record_;
     std::optional<GuardedMachine> own_;
     GuardedMachine* guarded_ = nullptr;
+    std::optional<SlowDevice> slow_;
     bool asked_again_ = false;
 };
 

@@ -12,8 +12,8 @@ namespace palpate {
 // Whether it is to be pressed by hand; `asks`: somebody is at a terminal and is asked whether the machine may move.
 [[nodiscard]] bool is_proven_by_hand(ProbeProof proof, bool asks);
 
-// Asks for that on `out`, and looks until it was seen, a minute has passed, a stop is requested, or (`in` is a terminal) a line is entered.
-// True if it was seen. Throws as Machine does.
-[[nodiscard]] bool see_probe_pressed(Machine& machine, int in, std::ostream& out, const std::stop_token& stop);
+// Asks for that on `out`, and looks until it was seen, a minute has passed, a stop is requested, or (`in` is a terminal) a line is entered,
+// which means `enter`. What was entered before is dropped. True if it was seen. Throws as Machine does, and Stopped.
+[[nodiscard]] bool see_probe_pressed(Machine& machine, int in, const char* enter, std::ostream& out, const std::stop_token& stop);
 
 }  // namespace palpate

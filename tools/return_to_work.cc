@@ -17,6 +17,9 @@ using Outcome = MoveResult::Outcome;
 // mm: what rounding and the last steps of an interrupted move put the tool beside its way, at least.
 constexpr double kBesideWay = 0.05;
 
+constexpr const char* kOnWayBack = "the way back to where the session ended";
+// Where one touch was missed: so many things on known ways are gone around.
+constexpr int kMaxMet = 8;
 // Of the overtravel: so far beyond a known place its touch is looked for.
 constexpr double kLook = 0.5;
 
@@ -43,24 +46,32 @@ public:
           workspace_(workspace),
           config_(config),
           interruption_(interruption),
-          trail_(journal, workspace, interruption.contradiction),
-          datum_(choose_datum_places(journal, trail_, journal.last_rest())) {}
+          contradictions_(interruption.contradiction ? std::vector{*interruption.contradiction} : std::vector<Trail::Contradiction>{}),
+          trail_(journal, workspace, contradictions_),
+          is_cut_off_(!trail_.has_way(journal.last_rest(), journal.header.start)),
+          datum_(choose_datum_places(journal, trail_, is_cut_off_ ? journal.header.start : journal.last_rest(), interruption.moves)) {}
 
     JournalResumption run() {
         const Point at = machine_.report().position;  // as it is now: the operator may have moved it by hand
         const double beside = std::max(kBesideWay, 2 * DeviceOracle::kGraze * config_.touch_error());
         const std::optional<Point> origin = machine_.is_position_trusted() ? origin_of(at, interruption_.next_target, beside) : std::nullopt;
-        if (origin) {
-            // The machine ended by itself what was under way, perhaps on the surface.
-            check_limits(at);
-            machine_.retreat(*origin);
-            machine_.make_ready();
-            go(*origin);
-            place_ = *origin;
-        } else {
-            machine_.make_ready();
-            check_limits(guarded_.position());
-            enter(guarded_.position(), beside);
+        try {
+            if (origin) {
+                // The machine ended by itself what was under way, perhaps on the surface.
+                check_limits(at);
+                machine_.retreat(*origin);
+                machine_.make_ready();
+                go(*origin);
+                place_ = *origin;
+                if (is_cut_off_ && place_ == journal_.last_rest()) escape();
+            } else {
+                machine_.make_ready();
+                check_limits(guarded_.position());
+                enter(guarded_.position(), beside);
+            }
+        } catch (const UnexpectedContact&) {
+            if (contradictions_.empty()) throw;
+            escape();
         }
         JournalResumption found;
         found.directions = independent_directions(datum_);
@@ -97,18 +108,73 @@ private:
     // Nothing is trusted yet: at the feed of probes.
     void go(const Point& target) {
         if (guarded_.position() == target) return;
-        const MoveResult result = guarded_.guarded_move(target, Pace::probe);
-        if (result.outcome != Outcome::reached) throw UnexpectedContact(result.position, "the way back to where the session ended");
+        const MoveResult result = move_past_sparks(guarded_, target, Pace::probe);
+        if (result.outcome != Outcome::reached) throw UnexpectedContact(result.position, kOnWayBack);
     }
 
     void go(const std::vector<Point>& way) {
         for (const Point& p : way) go(p);
     }
 
-    // From one place where the session has rested to another.
+    // From one place where the session has rested to another. Where a probe missed S once, it may have done so elsewhere: what is met on a
+    // way then is gone around.
     void go_over_trail(const Point& place) {
-        go(trail_.way(place_, place));
-        place_ = place;
+        for (int met = 0; !(place_ == place); ++met) {
+            if (!contradictions_.empty() && !trail_.has_way(place_, place)) escape();
+            try {
+                const std::optional<Point> touched = follow(trail_.way(place_, place));
+                if (!touched) {
+                    place_ = place;
+                    return;
+                }
+                if (contradictions_.empty() || met == kMaxMet) throw UnexpectedContact(*touched, kOnWayBack);
+                contradictions_.push_back(
+                    {*touched, contradictions_.front().tolerance, contradictions_.front().first, journal_.moves.size()});
+                trail_ = Trail(journal_, workspace_, contradictions_);
+            } catch (const UnexpectedContact&) {
+                // Not even back to where that way began.
+                if (contradictions_.empty() || met == kMaxMet) throw;
+                escape();
+            }
+        }
+    }
+
+    // Nothing if all of the way was free; else what was touched, and the tool is back where the way began.
+    std::optional<Point> follow(const std::vector<Point>& way) {
+        for (std::size_t k = 0; k < way.size(); ++k) {
+            if (guarded_.position() == way[k]) continue;
+            const MoveResult result = move_past_sparks(guarded_, way[k], Pace::probe);
+            if (result.outcome == Outcome::reached) continue;
+            if (contradictions_.empty()) return result.position;
+            while (k-- > 0) go(way[k]);
+            go(place_);
+            return result.position;
+        }
+        return std::nullopt;
+    }
+
+    // No way that is known leads on from beyond what the probe has missed: straight out of the workspace, where that is nearest and free.
+    void escape() {
+        const Point from = guarded_.position();
+        std::vector<std::pair<double, Vector>> ways;
+        for (int k = 0; k < 27; ++k) {
+            const Vector direction = Vector(k % 3 - 1, k / 3 % 3 - 1, k / 9 - 1).normalized();
+            if (direction.isZero()) continue;
+            if (const auto chord = workspace_.clip(from, direction)) ways.emplace_back(chord->high, direction);
+        }
+        std::ranges::sort(ways, {}, &std::pair<double, Vector>::first);
+        for (const auto& [length, direction] : ways) {
+            if (move_past_sparks(guarded_, from + length * direction, Pace::probe).outcome != Outcome::reached) {
+                go(from);
+                continue;
+            }
+            const Point out = workspace_.nearest_boundary(guarded_.position());
+            go(workspace_.outer_path(out, workspace_.nearest_boundary(journal_.header.start)));
+            place_ = journal_.header.start;
+            return go(place_);
+        }
+        throw PositionLost("the tool is at " + point_text(from) +
+                           ", where no way out is known: a probe that missed the part led there. Move it outside by hand, then resume");
     }
 
     // From where the tool is to a place where the session has rested.
@@ -141,11 +207,11 @@ private:
         const double wanted = std::min(config_.kinematics.overtravel_mm, std::max(kLook * config_.kinematics.overtravel_mm, 2 * tolerance));
         const double depth = std::min(wanted, room_within(config_.limits, place.touched, place.inwards));
         const Point target = within(config_.limits, place.touched + depth * place.inwards);
-        MoveResult again = guarded_.guarded_move(target, Pace::probe);
+        MoveResult again = move_past_sparks(guarded_, target, Pace::probe);
         if (again.outcome != Outcome::contact) {
             // A probe may miss a touch.
             go(place.from);
-            again = guarded_.guarded_move(target, Pace::probe);
+            again = move_past_sparks(guarded_, target, Pace::probe);
         }
         const double slant = place.normal.isZero() ? 1.0 : std::abs(place.normal.dot(place.inwards));
         const double offset = slant * (again.position - place.touched).dot(place.inwards);
@@ -172,7 +238,9 @@ private:
     const Workspace& workspace_;
     const MachineConfig& config_;
     const Interruption& interruption_;
-    const Trail trail_;
+    std::vector<Trail::Contradiction> contradictions_;
+    Trail trail_;
+    const bool is_cut_off_;  // the last rest is beyond a place that a probe passed by mistake
     const std::vector<DatumPlace> datum_;
     Point place_ = Point::Zero();  // where the session has rested, too, and the tool is
 };

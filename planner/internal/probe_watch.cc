@@ -33,7 +33,7 @@ bool ProbeWatch::is_due() const {
 }
 
 bool ProbeWatch::is_unconfirmed(const Segment& way) const {
-    if (!has_contact_) return true;
+    if (!has_contact_ || misses_touches_) return true;
     const double tolerance = kOnSegment * epsilon_;
     return std::any_of(unconfirmed_.begin(), unconfirmed_.end(), [&](const Segment& clear) {
         return distance_to(clear, way.source) <= tolerance && distance_to(clear, way.target) <= tolerance;

@@ -27,7 +27,8 @@ constexpr const char* kSilent =
     ", a known place: the probe does not close any more, or the part is gone. Look at its lead, plug and battery, press it by hand (palpate "
     "check), then resume: what was found free since the last contact is asked again";
 constexpr const char* kUnproven =
-    ": nothing shows that the probe works. Press it by hand and see it close (palpate check), see that the way meets the part, then resume";
+    ": nothing shows that the probe works. Press it by hand and see it close (palpate check), then resume at a terminal, without --yes, where it "
+    "can be pressed again; or begin a new session with probing.seed_rays that meet the part";
 
 }  // namespace
 
@@ -102,12 +103,13 @@ ProbeAnswer Tool::ask(const Point& target, double& way) {
     const Point from = roadmap_.at(at_);
     ProbeAnswer answer = oracle_.probe(target);
     for (int again = 0; answer.outcome == ProbeAnswer::Outcome::vanished && again < kMaxVanished; ++again) {
-        if (watch_ && watch_->has_contact()) show_alive(target, at_);
+        if (watch_ && watch_->has_contact()) show_alive({Doubt::vanished, target}, at_);
         answer = oracle_.probe(target);
     }
+    // Sparks that never agree are no contact, and show nothing.
     if (answer.outcome == ProbeAnswer::Outcome::vanished) answer.outcome = ProbeAnswer::Outcome::failed;
-    const bool is_clear = answer.outcome == ProbeAnswer::Outcome::clear;
-    if (watch_) is_clear ? watch_->note_clear({from, answer.position}) : watch_->note_contact();
+    if (watch_ && answer.outcome == ProbeAnswer::Outcome::clear) watch_->note_clear({from, answer.position});
+    if (watch_ && answer.outcome == ProbeAnswer::Outcome::contact) watch_->note_contact();
     way += (answer.position - from).norm();
     return answer;
 }
@@ -127,8 +129,10 @@ ProbeAnswer Tool::ask_expecting(const Point& target, const Expected& expected) {
         ++account_.checks;
         go_back(answer.position);
     }
-    show_alive(expected.before, at_);
-    return ask(target, account_.probing);  // a clear is a finding now
+    show_alive({Doubt::missed, expected.before}, at_);
+    const ProbeAnswer answer = ask(target, account_.probing);
+    if (answer.outcome == ProbeAnswer::Outcome::contact) watch_->note_recovery();
+    return answer;  // a clear is a finding now
 }
 
 Tool::Answer Tool::probe(const Point& target, Touch::Role role, const std::optional<Expected>& expected) {
@@ -176,36 +180,35 @@ Tool::Answer Tool::failed() {
 
 // --- whether the probe still works -----------------------------------------------------------------------------------
 
-void Tool::show_alive(const std::optional<Point>& doubtful, NodeId next) {
+void Tool::show_alive(const Doubt& doubt, NodeId next) {
     std::vector<Point> passed_over;
-    if (doubtful) passed_over.push_back(*doubtful);
+    if (doubt.kind == Doubt::missed) passed_over.push_back(doubt.place);
     const std::optional<KnownPlace> place = nearest_known(passed_over, next);
     if (!place) {
         if (oracle_.prove_alive()) return watch_->note_proof();
-        throw SilenceError((doubtful ? "a contact was expected at " + point_text(*doubtful) + " at the latest and stayed away"
-                                     : std::string("nothing was touched so far")) +
-                           kUnproven);
+        throw SilenceError(text(doubt) + kUnproven);
     }
-    // Where nothing was expected the known place itself is: it is asked again, and then another one.
-    // Where nothing is expected, what is met on a straight way there shows as much.
-    bool shown = !doubtful && place->straight && !hop_to(place->from);
-    if (!shown) {
-        move_along(place->from, doubtful.has_value());
-        shown = touch_known(*place, !doubtful || watch_->misses_touches());
-    }
-    if (!shown && !doubtful) {
-        passed_over.push_back(place->position);
-        if (const auto other = nearest_known(passed_over, at_)) {
-            move_along(other->from, true);
-            shown = touch_known(*other, watch_->misses_touches());
-        }
-    }
-    if (!shown) {
-        throw SilenceError((doubtful ? "a contact was expected at " + point_text(*doubtful) + " at the latest and stayed away twice; "
-                                     : std::string("many moves met nothing; ")) +
-                           "then nothing was touched at " + point_text(place->position) + kSilent);
-    }
+    const bool is_shown = doubt.kind == Doubt::many_clears ? touch_some(*place, passed_over) : visit(*place, true, watch_->misses_touches());
+    if (!is_shown) throw SilenceError(text(doubt) + "; then nothing was touched at " + point_text(place->position) + kSilent);
     if (next != kNoNode) move_along(next, false);  // what is behind is confirmed now
+}
+
+// Where nothing was expected, the known place itself is what is expected: it is asked again, and then another one.
+bool Tool::touch_some(const KnownPlace& place, std::vector<Point>& passed_over) {
+    // What is met on a straight way there shows as much.
+    if (place.straight && !hop_to(place.from)) return true;
+    if (visit(place, false, true)) return true;
+    passed_over.push_back(place.position);
+    const std::optional<KnownPlace> other = nearest_known(passed_over, at_);
+    return other && visit(*other, true, watch_->misses_touches());
+}
+
+bool Tool::visit(const KnownPlace& place, bool slowly, bool twice) {
+    move_along(place.from, slowly);
+    if (touch_again(place)) return true;
+    if (!twice || !touch_again(place)) return false;
+    watch_->note_recovery();
+    return true;
 }
 
 bool Tool::hop_to(NodeId node) {
@@ -230,11 +233,16 @@ void Tool::note_check(const ProbeAnswer& answer, NodeId from) {
     touch_starts_.push_back(from);
 }
 
-bool Tool::touch_known(const KnownPlace& place, bool twice) {
-    if (touch_again(place)) return true;
-    if (!twice || !touch_again(place)) return false;
-    watch_->note_recovery();
-    return true;
+std::string Tool::text(const Doubt& doubt) {
+    switch (doubt.kind) {
+        case Doubt::missed:
+            return "a contact was expected at " + point_text(doubt.place) + " at the latest and stayed away twice";
+        case Doubt::vanished:
+            return "on the way to " + point_text(doubt.place) + " something was touched and, twice, not again";
+        case Doubt::many_clears:
+            break;
+    }
+    return watch_->has_contact() ? "many moves met nothing" : "nothing was touched so far";
 }
 
 std::optional<Tool::KnownPlace> Tool::nearest_known(const std::vector<Point>& passed_over, NodeId next) {
@@ -243,14 +251,15 @@ std::optional<Tool::KnownPlace> Tool::nearest_known(const std::vector<Point>& pa
         std::size_t touch;
     };
     std::vector<Candidate> candidates;
-    const std::size_t first = touches_.size() - std::min(touches_.size(), kKnownPlaces);
-    for (std::size_t k = first; k < touches_.size(); ++k) {
-        const Point& position = touches_[k].position;
-        const auto is_same = [&](const Point& p) { return (p - position).norm() < kSamePlace * watch_->overtravel(); };
-        if (touches_[k].role == Touch::Role::check || touches_[k].from == position || std::ranges::any_of(passed_over, is_same)) continue;
-        const Point& from = touches_[k].from;
-        const double onwards = next != kNoNode ? (from - roadmap_.at(next)).norm() : 0.0;
-        candidates.push_back({(from - roadmap_.at(at_)).norm() + 2 * (from - position).norm() + onwards, k});
+    std::size_t seen = 0;
+    for (std::size_t k = touches_.size(); k-- > 0 && seen < kKnownPlaces;) {
+        const Touch& touch = touches_[k];
+        if (touch.role == Touch::Role::check || touch.from == touch.position) continue;
+        ++seen;
+        const auto is_same = [&](const Point& p) { return (p - touch.position).norm() < kSamePlace * watch_->overtravel(); };
+        if (std::ranges::any_of(passed_over, is_same)) continue;
+        const double onwards = next != kNoNode ? (touch.from - roadmap_.at(next)).norm() : 0.0;
+        candidates.push_back({(touch.from - roadmap_.at(at_)).norm() + 2 * (touch.from - touch.position).norm() + onwards, k});
     }
     std::ranges::stable_sort(candidates, {}, &Candidate::distance);
     // The way back to the last touch is short where the roadmap is a thread.
@@ -285,9 +294,11 @@ bool Tool::touch_again(const KnownPlace& place) {
     const ProbeAnswer answer = oracle_.probe(target);
     note_check(answer, place.from);
     account_.probing += (answer.position - from).norm();
-    const bool is_shown = answer.outcome == ProbeAnswer::Outcome::contact || answer.outcome == ProbeAnswer::Outcome::failed;
-    if (is_shown) watch_->note_contact();
-    if (answer.outcome == ProbeAnswer::Outcome::contact) last_touched_ = place;
+    const bool is_shown = answer.outcome == ProbeAnswer::Outcome::contact;
+    if (is_shown) {
+        watch_->note_contact();
+        last_touched_ = place;
+    }
     go_back(answer.position);
     return is_shown;
 }
@@ -325,7 +336,7 @@ void Tool::go_home(const std::function<void(double)>& say) {
     const Roadmap::Path around = roadmap_.short_path(at_, roadmap_.add_on_boundary(gate));
     follow(around.points, false);
     way += around.length;
-    if (gate != home_) oracle_.travel({&home_, 1}, Ground::proven);
+    if (gate != home_) oracle_.travel({&home_, 1}, watch_ && !watch_->has_contact() ? Ground::unconfirmed : Ground::proven);
     way += (home_ - gate).norm();
 }
 

@@ -84,15 +84,24 @@ private:
     void move_along(NodeId node, bool slowly);
     // Through points that were found to be free.
     void follow(const std::vector<Point>& points, bool slowly);
-    // Touches a known place, none that is beside `doubtful`, on the way to `next`, where the tool is then (kNoNode: where it touched from).
-    void show_alive(const std::optional<Point>& doubtful, NodeId next);
+    // Why the probe may be dead.
+    struct Doubt {
+        enum Kind { many_clears, missed, vanished };
+        Kind kind = many_clears;
+        Point place = Point::Zero();  // where a contact was missed, or the end of the way on which one vanished
+    };
+    [[nodiscard]] std::string text(const Doubt& doubt);
+    // Touches a known place on the way to `next`, where the tool is then (kNoNode: where it touched from). Throws SilenceError if that is not
+    // touched either, or if none is known and nobody can show that the probe works.
+    void show_alive(const Doubt& doubt, NodeId next);
+    [[nodiscard]] bool touch_some(const KnownPlace& place, std::vector<Point>& passed_over);
+    // Goes to its start and touches it, twice if need be; the tool is at the start then.
+    [[nodiscard]] bool visit(const KnownPlace& place, bool slowly, bool twice);
     // Nothing if no touch that is known can be made again.
     [[nodiscard]] std::optional<KnownPlace> nearest_known(const std::vector<Point>& passed_over, NodeId next);
     // Straight to a node, guarded; false, and the tool is where it was, if something is met.
     [[nodiscard]] bool hop_to(NodeId node);
     void note_check(const ProbeAnswer& answer, NodeId from);
-    // From its start, where the tool is then again; twice if need be.
-    [[nodiscard]] bool touch_known(const KnownPlace& place, bool twice);
     [[nodiscard]] bool touch_again(const KnownPlace& place);
     [[nodiscard]] Answer failed();
     // Guarded from the node where the tool is to ω's boundary; false, and the tool is where it was, if something is met.

@@ -126,13 +126,13 @@ TEST(Journal, WhatTheLastTouchConfirmsEndsWithIt) {
     const auto add = [&](double x, Outcome outcome) { journal.moves.push_back({{x, 0, 0}, Pace::probe, {outcome, {x, 0, 0}}, {x, 0, 1}}); };
     add(1, Outcome::reached);
     EXPECT_EQ(journal.confirmed_moves(), 0U);
-    EXPECT_EQ(journal.confirmed_rest(), kHeader.start);
+    EXPECT_EQ(journal.rest_before(journal.confirmed_moves()), kHeader.start);
     add(2, Outcome::contact);
     add(3, Outcome::failed);
     add(4, Outcome::vanished);
     add(5, Outcome::reached);
     EXPECT_EQ(journal.confirmed_moves(), 3U);
-    EXPECT_EQ(journal.confirmed_rest(), Point(3, 0, 1));
+    EXPECT_EQ(journal.rest_before(journal.confirmed_moves()), Point(3, 0, 1));
 }
 
 TEST_F(JournalFile, ALastLineThatIsTornAnywhereIsDroppedAndCutOff) {
