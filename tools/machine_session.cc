@@ -199,12 +199,12 @@ private:
                                     "It will go back to where the session ended, touch up to three known places again, all at the feed of "
                                     "probes, and go on."));
         }
-        JournalResumption found = return_to_work(*guarded_, record_, workspace_, *config_.machine, interruption);
+        auto [found, moves] = return_to_work(*guarded_, record_, workspace_, *config_.machine, interruption);
         found.after_miss = after_miss;
         warn_of_blind_directions(found, host_);
-        if (interruption.moves < record_.moves.size()) writer_.append_withdrawn(record_.moves[interruption.moves].line);
+        if (moves < record_.moves.size()) writer_.append_withdrawn(record_.moves[moves].line);
         writer_.append(found);
-        if (interruption.moves < record_.moves.size()) throw ReadAgain{};
+        if (moves < record_.moves.size()) throw ReadAgain{};
         record_.resumptions.push_back(found);
     }
 

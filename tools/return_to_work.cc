@@ -1,6 +1,7 @@
 #include "tools/return_to_work.h"
 
 #include <algorithm>
+#include <cmath>
 #include <limits>
 #include <sstream>
 
@@ -36,9 +37,9 @@ double room_within(const Box& box, const Point& p, const Vector& direction) {
 // Of a place that is outside by rounding.
 Point within(const Box& box, const Point& p) { return p.cwiseMax(box.min).cwiseMin(box.max); }
 
-class Return {
+class WayBack {
 public:
-    Return(GuardedMachine& guarded, const Journal& journal, const Workspace& workspace, const MachineConfig& config,
+    WayBack(GuardedMachine& guarded, const Journal& journal, const Workspace& workspace, const MachineConfig& config,
            const Interruption& interruption)
         : machine_(guarded.machine()),
           guarded_(guarded.device()),
@@ -51,7 +52,7 @@ public:
           is_cut_off_(!trail_.has_way(journal.last_rest(), journal.header.start)),
           datum_(choose_datum_places(journal, trail_, is_cut_off_ ? journal.header.start : journal.last_rest(), interruption.moves)) {}
 
-    JournalResumption run() {
+    Return run() {
         const Point at = machine_.report().position;  // as it is now: the operator may have moved it by hand
         const double beside = std::max(kBesideWay, 2 * DeviceOracle::kGraze * config_.touch_error());
         const std::optional<Point> origin = machine_.is_position_trusted() ? origin_of(at, interruption_.next_target, beside) : std::nullopt;
@@ -73,17 +74,39 @@ public:
             if (contradictions_.empty()) throw;
             escape();
         }
-        JournalResumption found;
-        found.directions = independent_directions(datum_);
-        for (const DatumPlace& place : datum_) {
-            found.contacts.push_back(place.line);
-            found.offsets_mm.push_back(confirm(place));
-        }
-        go_over_trail(journal_.rest_before(interruption_.moves));
-        return found;
+        const JournalResumption found = touch_datum();
+        std::size_t moves = believed_moves();
+        while (!reaches(journal_.rest_before(moves))) moves = std::min(moves - 1, believed_moves());
+        return {found, moves};
     }
 
 private:
+    JournalResumption touch_datum() {
+        for (int again = 0;; ++again) {
+            JournalResumption found;
+            found.directions = independent_directions(datum_);
+            const bool all = std::ranges::all_of(datum_, [&](const DatumPlace& place) {
+                if (!reaches(place.from)) return false;
+                found.contacts.push_back(place.line);
+                found.offsets_mm.push_back(confirm(place));
+                return true;
+            });
+            if (all || again == kMaxMet) return found;
+            // Less is known to be free than when they were chosen.
+            datum_ = choose_datum_places(journal_, trail_, place_, interruption_.moves);
+        }
+    }
+
+    // None that passed a place that is touched now, and no rest that no way leads to any more.
+    [[nodiscard]] std::size_t believed_moves() const {
+        std::size_t moves = interruption_.moves;
+        for (const Trail::Contradiction& c : contradictions_) moves = std::min(moves, journal_.last_passed(c.touched, c.tolerance, moves).value_or(moves));
+        std::vector<Point> rests;
+        for (std::size_t k = 0; k <= moves; ++k) rests.push_back(journal_.rest_before(k));
+        const std::vector<double> ways = trail_.lengths(place_, rests);
+        while (moves > 0 && !std::isfinite(ways[moves])) --moves;
+        return moves;
+    }
     // Between where its touch begins and where the tool comes to rest after it: an earlier resumption ended there. That is on no way of the
     // journal.
     [[nodiscard]] bool is_at(const DatumPlace& place, const Point& at, double beside) const {
@@ -128,14 +151,24 @@ private:
                     return;
                 }
                 if (contradictions_.empty() || met == kMaxMet) throw UnexpectedContact(*touched, kOnWayBack);
-                contradictions_.push_back(
-                    {*touched, contradictions_.front().tolerance, contradictions_.front().first, journal_.moves.size()});
+                contradictions_.push_back({*touched, contradictions_.front().tolerance, 0, journal_.moves.size()});
                 trail_ = Trail(journal_, workspace_, contradictions_);
             } catch (const UnexpectedContact&) {
                 // Not even back to where that way began.
                 if (contradictions_.empty() || met == kMaxMet) throw;
                 escape();
             }
+        }
+    }
+
+    // As that; false if what was met leaves no way there.
+    [[nodiscard]] bool reaches(const Point& place) {
+        try {
+            go_over_trail(place);
+            return true;
+        } catch (const PositionLost&) {
+            if (contradictions_.empty() || place == journal_.header.start) throw;
+            return false;
         }
     }
 
@@ -199,9 +232,8 @@ private:
         go(place_);
     }
 
-    // Touches a known place again. mm: how far off it is, along S's normal if that is known, else along the way of the touch.
+    // Touches a known place again, from its start, where the tool is. mm: how far off it is, along S's normal if that is known, else along the way of the touch.
     double confirm(const DatumPlace& place) {
-        go_over_trail(place.from);
         const double tolerance = config_.datum_tolerance();
         // Far enough to tell how far off it is; no deeper than the probe gives way, nor than the limits allow.
         const double wanted = std::min(config_.kinematics.overtravel_mm, std::max(kLook * config_.kinematics.overtravel_mm, 2 * tolerance));
@@ -241,15 +273,15 @@ private:
     std::vector<Trail::Contradiction> contradictions_;
     Trail trail_;
     const bool is_cut_off_;  // the last rest is beyond a place that a probe passed by mistake
-    const std::vector<DatumPlace> datum_;
+    std::vector<DatumPlace> datum_;
     Point place_ = Point::Zero();  // where the session has rested, too, and the tool is
 };
 
 }  // namespace
 
-JournalResumption return_to_work(GuardedMachine& guarded, const Journal& journal, const Workspace& workspace, const MachineConfig& config,
-                                 const Interruption& interruption) {
-    return Return(guarded, journal, workspace, config, interruption).run();
+Return return_to_work(GuardedMachine& guarded, const Journal& journal, const Workspace& workspace, const MachineConfig& config,
+                      const Interruption& interruption) {
+    return WayBack(guarded, journal, workspace, config, interruption).run();
 }
 
 }  // namespace palpate

@@ -12,13 +12,18 @@ namespace palpate {
 
 struct Interruption {
     Point next_target = Point::Zero();  // where the next move goes: an interrupted session may have left the tool on the way there
-    std::size_t moves = 0;              // of the journal, that are to be believed: the tool is brought to where they end
+    std::size_t moves = 0;              // of the journal, that are to be believed at most
     std::optional<Trail::Contradiction> contradiction{};
+};
+
+struct Return {
+    JournalResumption found;
+    std::size_t moves = 0;  // of the journal, that are to be believed: the tool is where they end
 };
 
 // All ways are gone at the feed of probes. Throws DeviceError if the tool is where no way back is known, if something is in the way, or if a
 // known place has moved by more than the tolerance.
-[[nodiscard]] JournalResumption return_to_work(GuardedMachine& guarded, const Journal& journal, const Workspace& workspace,
-                                               const MachineConfig& config, const Interruption& interruption);
+[[nodiscard]] Return return_to_work(GuardedMachine& guarded, const Journal& journal, const Workspace& workspace, const MachineConfig& config,
+                                    const Interruption& interruption);
 
 }  // namespace palpate

@@ -1,0 +1,202 @@
+// A probe that dies, misses touches or is pressed by hand, through the program itself on a serial port: what the operator sees, and what is left.
+#include <gmock/gmock.h>
+#include <poll.h>
+#include <pty.h>
+
+#include <chrono>
+#include <nlohmann/json.hpp>
+
+#include "devices/journal.h"
+#include "tests/random.h"
+#include "tests/tools/session_rig.h"
+
+namespace palpate {
+namespace {
+
+using namespace std::chrono_literals;
+using ::testing::HasSubstr;
+using Json = nlohmann::json;
+
+VirtualToolOptions watched_axes() {
+    VirtualToolOptions options = axes();
+    options.probe_feed_mm_per_s = options.kinematics.feeds.probe_mm_per_s;
+    return options;
+}
+
+class ProbeLife : public SessionRig {};
+
+TEST_F(ProbeLife, AProbeThatDiesEndsTheSessionWhichIsResumedRightOnceItWorks) {
+    constexpr std::uint64_t kSeed = 191;
+    SCOPED_TRACE(seed_text(kSeed));
+    Random random(kSeed);
+    std::uint64_t probes = 0;
+    {
+        PortMachine machine(port());
+        ASSERT_EQ(run(probe("reference")), 0) << read("out.txt");
+        probes = machine.probes();
+    }
+    for (int moment = 0; moment < 6; ++moment) {
+        const std::uint64_t at = 1 + random.below(probes * 3 / 4);
+        SCOPED_TRACE("at move " + std::to_string(at) + " of " + std::to_string(probes));
+        const std::string session = "dead_" + std::to_string(moment);
+        {
+            VirtualGrblOptions options;
+            options.faults = {{VirtualFault::Kind::dead_probe, VirtualFault::When::probe, static_cast<double>(at), 0, {}}};
+            PortMachine machine(port(), options, watched_axes());
+            ASSERT_EQ(run(probe(session)), 3) << read("out.txt");
+            EXPECT_THAT(read("out.txt"), ::testing::AnyOf(HasSubstr("does not close any more"), HasSubstr("nothing shows that the probe works")));
+            EXPECT_THAT(read("out.txt"), HasSubstr("palpate resume " + session));
+            EXPECT_EQ(machine.audit().fast_moves_inside, 0U);
+            EXPECT_EQ(machine.audit().unguarded_moves + machine.audit().outside_limits, 0U);
+        }
+        // It is mended; the tool is where it stopped.
+        VirtualToolOptions there = watched_axes();
+        there.start = kOrigin + read_journal(folder_ / session / "journal.jsonl").last_rest();
+        PortMachine machine(port(), {}, there);
+        ASSERT_EQ(run(resume(session)), 0) << read("out.txt");
+        EXPECT_EQ(read(session + "/mesh.ply"), read("reference/mesh.ply")) << "nothing of what it found free was believed";
+        expect_safe(machine);
+    }
+}
+
+TEST_F(ProbeLife, TouchesThatAreMissedLeaveTheTopologyAsItIs) {
+    for (const double rate : {0.01, 0.05}) {
+        for (const char* strategy : {"default", "adaptive"}) {
+            SCOPED_TRACE(std::to_string(rate) + " " + strategy);
+            VirtualGrblOptions options;
+            options.miss_rate = rate;
+            PortMachine machine(port(), options, watched_axes());
+            const std::string session = std::string(strategy) + std::to_string(rate);
+            auto words = probe(session);
+            words.insert(words.end(), {"--set", std::string("probing.strategy=") + strategy});
+            ASSERT_EQ(run(words), 0) << read("out.txt");
+            const Json summary = Json::parse(read(session + "/summary.json"));
+            EXPECT_EQ(summary.at("euler_characteristic"), 2);
+            EXPECT_EQ(summary.at("boundary_edges"), 0);
+            EXPECT_EQ(summary.at("nonmanifold_edges"), 0);
+            EXPECT_GT(summary.at("probes").at("checks"), 0);
+            EXPECT_EQ(machine.audit().fast_moves_inside, 0U);
+        }
+    }
+}
+
+TEST_F(ProbeLife, TheWayHomeIsShortAndInTheAccountAndInTheJournal) {
+    PortMachine machine(port());
+    ASSERT_EQ(run(probe("home")), 0) << read("out.txt");
+    EXPECT_THAT(read("out.txt"), HasSubstr("straight out of the workspace and around it to where it began"));
+    const Journal journal = read_journal(folder_ / "home/journal.jsonl");
+    EXPECT_EQ(journal.last_rest(), journal.header.start);
+    const Json summary = Json::parse(read("home/summary.json"));
+    const double home = summary.at("displacement").at("home");
+    // Off the part, out, half around at most, and up to where it began.
+    EXPECT_GT(home, 7.0);
+    EXPECT_LE(home, 2 * (2 * 7 + 3.2 * 7 + 7));
+    std::size_t last = journal.confirmed_moves();
+    double way = 0;
+    for (std::size_t k = last; k < journal.moves.size(); ++k) way += (journal.moves[k].rest - journal.rest_before(k)).norm();
+    EXPECT_NEAR(way, home, 1.0) << "from the last contact, but for the retract and what came before the end";
+}
+
+// A terminal with a running palpate in it.
+class Terminal {
+public:
+    Terminal(const fs::path& folder, std::vector<std::string> words) {
+        words.insert(words.begin(), PALPATE_EXECUTABLE);
+        std::vector<char*> argv;
+        for (std::string& word : words) argv.push_back(word.data());
+        argv.push_back(nullptr);
+        id_ = forkpty(&master_, nullptr, nullptr, nullptr);
+        if (id_ != 0) return;
+        if (chdir(folder.c_str()) == 0) execv(argv[0], argv.data());
+        _exit(127);
+    }
+    ~Terminal() { close(master_); }
+    void type(const std::string& text) const { ASSERT_EQ(write(master_, text.data(), text.size()), static_cast<ssize_t>(text.size())); }
+    // Reads on until it has said that; false if it ended before, or did not within 20 s.
+    bool wait_for(const std::string& text) {
+        const auto until = std::chrono::steady_clock::now() + 20s;
+        while (said.find(text) == std::string::npos) {
+            if (std::chrono::steady_clock::now() > until || !read_some()) return false;
+        }
+        return true;
+    }
+    int wait() {
+        while (read_some()) {
+        }
+        int status = 0;
+        waitpid(id_, &status, 0);
+        return WIFEXITED(status) ? WEXITSTATUS(status) : 128 + WTERMSIG(status);
+    }
+    std::string said;
+
+private:
+    bool read_some() {
+        pollfd waiting{master_, POLLIN, 0};
+        if (poll(&waiting, 1, 20'000) <= 0) return false;
+        std::array<char, 4096> bytes{};
+        const ssize_t count = read(master_, bytes.data(), bytes.size());
+        if (count > 0) said.append(bytes.data(), static_cast<std::size_t>(count));
+        return count > 0;
+    }
+
+    int master_ = -1;
+    pid_t id_ = 0;
+};
+
+// The virtual machine is another process, whose probe a signal presses.
+class ByHand : public SessionRig {
+protected:
+    ByHand() {
+        write("part.yaml", "grbl: {port: " + port().string() + "}\n  homing: run");
+        std::ofstream(folder_ / "part.yaml", std::ios::app) << "object: {shape: {sphere: {radius: 5}}}\n";
+        fs::create_directory(folder_ / "vm");
+        machine_.emplace(folder_ / "vm", std::vector<std::string>{"vm", "../part.yaml", "--grbl", port().string(), "--fast", "--audit", "audit"});
+        for (int k = 0; k < 200 && !fs::exists(port()); ++k) std::this_thread::sleep_for(20ms);
+    }
+    ~ByHand() override { (void)end(); }
+    // The machine's own account.
+    Json end() {
+        if (!machine_) return {};
+        machine_->send(SIGINT);
+        (void)machine_->wait();
+        machine_.reset();
+        return Json::parse(read("vm/audit"));
+    }
+    std::optional<Process> machine_;
+};
+
+TEST_F(ByHand, ASessionAtATerminalBeginsOnceTheProbeWasSeenToCloseAndToOpen) {
+    Terminal terminal(folder_, {"probe", "part.yaml", "-o", "part"});
+    ASSERT_TRUE(terminal.wait_for("Type yes")) << terminal.said;
+    terminal.type("yes\n");
+    ASSERT_TRUE(terminal.wait_for("Press the probe by hand")) << terminal.said;
+    machine_->send(SIGUSR1);
+    ASSERT_TRUE(terminal.wait_for("it opened: it works")) << terminal.said;
+    EXPECT_EQ(terminal.wait(), 0) << terminal.said;
+    EXPECT_EQ(end().at("unsafe_moves"), 0);
+}
+
+TEST_F(ByHand, NothingMovesWithoutThat) {
+    Terminal terminal(folder_, {"probe", "part.yaml", "-o", "part"});
+    ASSERT_TRUE(terminal.wait_for("Type yes")) << terminal.said;
+    terminal.type("yes\n");
+    ASSERT_TRUE(terminal.wait_for("Press the probe by hand")) << terminal.said;
+    terminal.type("\n");
+    EXPECT_EQ(terminal.wait(), 3);
+    EXPECT_THAT(terminal.said, HasSubstr("the probe was not seen to close and to open; nothing has moved"));
+    EXPECT_EQ(end().at("moves"), 0);
+}
+
+TEST_F(ByHand, CheckAsksForItToo) {
+    for (const bool presses : {true, false}) {
+        Terminal terminal(folder_, {"check", "part.yaml"});
+        ASSERT_TRUE(terminal.wait_for("Press the probe by hand")) << terminal.said;
+        presses ? machine_->send(SIGUSR1) : terminal.type("\n");
+        EXPECT_EQ(terminal.wait(), presses ? 0 : 2) << terminal.said;
+        EXPECT_THAT(terminal.said, HasSubstr(presses ? "probe works: yes" : "probe works: not shown"));
+    }
+    EXPECT_EQ(end().at("moves"), 0);
+}
+
+}  // namespace
+}  // namespace palpate
