@@ -24,8 +24,8 @@ struct DatumPlace {
 // Only contacts among the first `moves` of the journal are believed.
 [[nodiscard]] std::vector<DatumPlace> choose_datum_places(const Journal& journal, const Trail& trail, const Point& from, std::size_t moves);
 
-// In how many independent directions, 0 to 3, those places would show a shift of 5 touch errors: their normals' singular values that are
-// large enough for an offset of 2 touch errors at one of them at least.
+// In how many independent directions, 0 to 3, those places would show a shift of 5 touch errors, by an offset of more than 2 at one of them
+// at least; 3: in every direction. Exact touches taken for granted.
 [[nodiscard]] int independent_directions(const std::vector<DatumPlace>& places);
 
 }  // namespace palpate

@@ -11,7 +11,11 @@
 namespace palpate {
 
 VirtualTool::VirtualTool(const HiddenObject& object, const VirtualToolOptions& options)
-    : object_(object), options_(options), input_(std::make_unique<ProbeInput>()), place_(options.start - options.origin) {
+    : object_(object),
+      options_(options),
+      input_(std::make_unique<ProbeInput>()),
+      noise_(options.touch_noise_seed),
+      place_(options.start - options.origin) {
     input_->touch(object_.contains(place_), now_);
 }
 
@@ -27,6 +31,7 @@ void VirtualTool::start_move(const Point& target, double feed_mm_per_s, Guard gu
     const Vector direction = length > 0.0 ? Vector(reach / length) : Vector::Zero();
     const Trapezoid profile(length, feed_mm_per_s, options_.kinematics.acceleration_mm_per_s2);
     motion_ = std::make_unique<ToolMotion>(ToolMotion{way, direction, profile, feed_mm_per_s, guard, now_, stretches_of(object_, way)});
+    if (guard == Guard::until_contact) motion_->late = draw_noise();
     // A tool that rests on S lets go of it as it begins to move away.
     if (length > 0.0) input_->touch(motion_->stretches.front().inside, now_);
     watch(0.0);
@@ -129,9 +134,8 @@ void VirtualTool::handle_events() {
     if (!motion_) return;
     double distance = motion_->travelled(now_);
     if (const auto crossing = motion_->next_crossing(); crossing && *crossing <= now_) {
-        const Stretch& entered = motion_->stretches[++motion_->stretch];
-        input_->touch(entered.inside, now_);
-        distance = entered.from;  // not what rounding of times makes of it
+        distance = motion_->next_change();  // not what rounding of times makes of it
+        input_->touch(motion_->stretches[++motion_->stretch].inside, now_);
     }
     watch(distance);
     if (motion_->slow_down && *motion_->slow_down <= now_) {
@@ -172,6 +176,12 @@ void VirtualTool::record(const ToolMotion& motion, double distance) {
     if (is_unsafe(motion, distance, deepest)) ++audit_.unsafe_moves;
     const Point end = place_ + options_.origin;
     if (!options_.limits.contains(end, options_.kinematics.resolution_mm)) ++audit_.outside_limits;
+}
+
+double VirtualTool::draw_noise() {
+    if (options_.touch_noise_mm == 0.0) return 0.0;
+    // The same on every platform, which std::uniform_real_distribution is not.
+    return options_.touch_noise_mm * (2 * static_cast<double>(noise_() >> 11U) * 0x1p-53 - 1);
 }
 
 bool VirtualTool::is_too_deep(double depth) const { return depth > options_.kinematics.overtravel_mm + options_.kinematics.resolution_mm; }

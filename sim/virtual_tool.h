@@ -5,6 +5,7 @@
 #include <cstdint>
 #include <memory>
 #include <optional>
+#include <random>
 
 #include "devices/kinematics.h"
 #include "planner/workspace.h"
@@ -21,6 +22,10 @@ struct VirtualToolOptions {
     Point origin = Point::Zero();                                   // machine coordinates of the hidden object's origin
     Box limits{Point::Constant(-1000.0), Point::Constant(1000.0)};  // mm, machine coordinates: what the machine can reach
     double probe_feed_mm_per_s = 0.0;                               // what probing may have, for the account; 0: it does not look
+    // mm: the probe closes up to so far before or behind S, along the way; every move that a contact ends draws anew. One that closed
+    // before S opens as soon as it moves away.
+    double touch_noise_mm = 0.0;
+    std::uint64_t touch_noise_seed = 1;
 };
 
 // What the machine itself saw, whatever the driver thinks (DEVICES section 4).
@@ -105,11 +110,13 @@ private:
     [[nodiscard]] bool is_fast(const ToolMotion& motion) const;
     [[nodiscard]] bool is_unsafe(const ToolMotion& motion, double distance, double deepest) const;
     [[nodiscard]] Point rounded(const Point& p) const;
+    [[nodiscard]] double draw_noise();
 
     const HiddenObject& object_;
     VirtualToolOptions options_;
     VirtualToolAudit audit_;
     std::unique_ptr<ProbeInput> input_;
+    std::mt19937_64 noise_;
     Seconds now_{0.0};
     Point place_;                   // in the object's coordinates, where the last move ended
     Vector slip_ = Vector::Zero();  // where it really is, less what the steps say

@@ -1,6 +1,7 @@
 // One straight move of a virtual tool on its way.
 #pragma once
 
+#include <algorithm>
 #include <optional>
 #include <vector>
 
@@ -23,16 +24,22 @@ struct ToolMotion {
     std::optional<Seconds> slow_down{};
     double base = 0.0;  // mm: of the way, where the profile begins
     bool is_stopping = false;
+    double late = 0.0;  // mm: so far behind the surface the probe closes
 
     [[nodiscard]] double whole() const { return (way.target - way.source).norm(); }
     [[nodiscard]] double travelled(Seconds now) const { return base + profile.distance(now - start); }
     [[nodiscard]] double end_distance() const { return base + profile.length(); }
     [[nodiscard]] Point at(double distance) const { return way.source + distance * direction; }
     [[nodiscard]] Seconds end() const { return start + profile.duration(); }
-    // When it passes the surface the next time, if it comes that far.
+    // Where the probe changes the next time, if there is another stretch.
+    [[nodiscard]] double next_change() const {
+        const Stretch& next = stretches[stretch + 1];
+        return next.inside ? std::clamp(next.from + late, stretches[stretch].from, next.to) : next.from;
+    }
+    // When it comes there, if it comes that far.
     [[nodiscard]] std::optional<Seconds> next_crossing() const {
         if (stretch + 1 >= stretches.size()) return std::nullopt;
-        const auto time = profile.time_at(stretches[stretch + 1].from - base);
+        const auto time = profile.time_at(next_change() - base);
         return time ? std::optional(start + *time) : std::nullopt;
     }
 };

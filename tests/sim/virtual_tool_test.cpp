@@ -4,7 +4,9 @@
 
 #include <algorithm>
 #include <cmath>
+#include <numeric>
 #include <string>
+#include <vector>
 
 #include "tests/sim/support.h"
 
@@ -261,6 +263,85 @@ TEST_F(VirtualToolTest, TheSameShareOfTouchesIsMissedForTheSameSeed) {
     EXPECT_NEAR(static_cast<double>(std::ranges::count(first, 'm')), kShare * kTouches, 5 * std::sqrt(kShare * (1 - kShare) * kTouches));
     EXPECT_EQ(misses(3), first);
     EXPECT_NE(misses(4), first);
+}
+
+TEST_F(VirtualToolTest, ANoisyProbeClosesBesideTheSurfaceAnewAtEveryApproach) {
+    constexpr double kNoise = 0.05;
+    constexpr int kTouches = 1000;
+    options.touch_noise_mm = kNoise;
+    options.kinematics.resolution_mm = 1e-6;
+    const auto touches = [&](std::uint64_t seed) {
+        options.touch_noise_seed = seed;
+        VirtualTool tool(ball, options);
+        std::vector<double> off;
+        for (int i = 0; i < kTouches; ++i) {
+            tool.start_move(Point::Zero(), 10, Guard::until_contact);
+            tool.finish();
+            off.push_back(10 - tool.trigger().value_or(Point::Zero()).x());
+            EXPECT_NEAR(10 - tool.position().x(), off.back() + stopping_distance(options.kinematics, 10), 1e-5) << "stops from there";
+            tool.start_move({12, 0, 0}, 10, Guard::until_release);
+            tool.finish();
+            EXPECT_EQ(tool.trigger(), Point(10, 0, 0)) << "opens where the surface is";
+            tool.start_move({12, 0, 0}, 10, Guard::none);
+            tool.finish();
+        }
+        EXPECT_EQ(tool.audit().unsafe_moves, 0U);
+        return off;
+    };
+    const std::vector<double> first = touches(3);
+    const auto [least, most] = std::ranges::minmax(first);
+    EXPECT_GE(least, -kNoise - 1e-6);
+    EXPECT_LE(most, kNoise + 1e-6);
+    EXPECT_LT(least, -0.98 * kNoise);
+    EXPECT_GT(most, 0.98 * kNoise);
+    EXPECT_NEAR(std::accumulate(first.begin(), first.end(), 0.0) / kTouches, 0, 5 * kNoise / std::sqrt(3.0 * kTouches));
+    EXPECT_EQ(touches(3), first);
+    EXPECT_NE(touches(4), first);
+}
+
+TEST_F(VirtualToolTest, ANoisyProbeThatClosedBeforeTheSurfaceOpensAsItMovesAway) {
+    options.touch_noise_mm = 0.05;
+    VirtualTool tool(ball, options);
+    double before = 0;
+    for (int i = 0; i < 100 && before < 0.02; ++i) {
+        tool.place({10.5, 0, 0});
+        tool.start_move(Point::Zero(), 1, Guard::until_contact);
+        tool.finish();
+        before = tool.position().x() - 10;
+    }
+    ASSERT_GE(before, 0.02);
+    EXPECT_TRUE(tool.is_probe_closed());
+    EXPECT_EQ(tool.audit().deepest_end_mm, 0.0) << "it is still outside";
+    const Point rest = tool.position();
+    tool.start_move({12, 0, 0}, 1, Guard::until_release);
+    tool.finish();
+    EXPECT_EQ(tool.trigger(), rest);
+    EXPECT_FALSE(tool.is_probe_closed());
+}
+
+// Only touches are off: what leads out of the solid, or is not guarded, passes the surface where it is.
+TEST_F(VirtualToolTest, ANoisyProbeTouchesGrazesAndTargetsNearTheSurface) {
+    options.touch_noise_mm = 0.05;
+    options.kinematics.resolution_mm = 1e-6;
+    for (std::uint64_t seed = 1; seed <= 50; ++seed) {
+        options.touch_noise_seed = seed;
+        VirtualTool ends(ball, options);
+        ends.start_move({9.999, 0, 0}, 1, Guard::until_contact);
+        ends.finish();
+        ASSERT_TRUE(ends.trigger()) << "at the target at the latest";
+        EXPECT_GE(ends.trigger()->x(), 9.999);
+        VirtualTool grazes(ball, options);
+        grazes.place({20, 9.99999, 0});
+        grazes.start_move({-20, 9.99999, 0}, 1, Guard::until_contact);
+        grazes.finish();
+        ASSERT_TRUE(grazes.trigger());
+        EXPECT_NEAR(grazes.trigger()->x(), 0, 0.07);
+        VirtualTool unguarded(ball, options);
+        unguarded.start_move({9.9, 0, 0}, 1, Guard::none);
+        unguarded.finish();
+        EXPECT_TRUE(unguarded.is_probe_closed());
+        EXPECT_NEAR(unguarded.audit().deepest_end_mm, 0.1, 1e-6);
+    }
 }
 
 TEST_F(VirtualToolTest, FastMovesInsideAreCountedWhateverTheirGuard) {

@@ -1,114 +1,23 @@
-// Sessions as a user runs them: the program itself, on a serial port behind which a virtual machine is, killed, stopped, unplugged and
-// resumed. The machine's own account says whether anything moved that must not.
-#include <fcntl.h>
+// Sessions are killed, stopped, unplugged and resumed. The machine's own account says whether anything moved that must not.
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
-#include <signal.h>
-#include <sys/resource.h>
-#include <sys/wait.h>
-#include <unistd.h>
 
-#include <filesystem>
-#include <fstream>
 #include <nlohmann/json.hpp>
-#include <thread>
 
 #include "devices/journal.h"
-#include "sim/grbl_host.h"
 #include "sim/truth.h"
 #include "sim/virtual_modbus.h"
 #include "tests/random.h"
+#include "tests/tools/session_rig.h"
 
 namespace palpate {
 namespace {
 
-namespace fs = std::filesystem;
 using namespace std::chrono_literals;
 using ::testing::HasSubstr;
 
-constexpr double kRadius = 5.0;
-const Point kOrigin(-60, -50, -40);  // machine coordinates of the sphere's centre
-const Point kAbove = kOrigin + Point(0, 0, 14);
-
-VirtualToolOptions axes() {
-    VirtualToolOptions options;
-    options.kinematics.retract_mm = 0.2;
-    options.origin = kOrigin;
-    options.start = kAbove;
-    options.limits = {kOrigin - Vector::Constant(16), Point::Zero()};
-    return options;
-}
-
-// A virtual machine on a serial port, and the object that it hides.
-class PortMachine {
-public:
-    PortMachine(const fs::path& link, VirtualGrblOptions options = {}, const VirtualToolOptions& axes = palpate::axes())
-        : object_(ShapeSpec{SphereSpec{kRadius}}),
-          tool_(object_, axes),
-          grbl_(tool_, with_home(std::move(options), axes)),
-          host_(grbl_, {link, GrblHostOptions::Time::fast, false}) {}
-
-    [[nodiscard]] GrblHost& host() { return host_; }
-    [[nodiscard]] VirtualToolAudit audit() {
-        VirtualToolAudit audit;
-        host_.with([&](VirtualGrbl&) { audit = tool_.audit(); });
-        return audit;
-    }
-    [[nodiscard]] std::uint64_t probes() {
-        std::uint64_t probes = 0;
-        host_.with([&](VirtualGrbl& grbl) { probes = grbl.counts().probes; });
-        return probes;
-    }
-    [[nodiscard]] bool place_by_hand(const Point& machine) {
-        bool placed = false;
-        host_.with([&](VirtualGrbl& grbl) {
-            if (tool_.is_moving() || grbl.is_busy()) return;
-            tool_.place(machine);
-            placed = true;
-        });
-        return placed;
-    }
-    // As an operator does before homing a machine that has lost its position.
-    void move_out_by_hand() {
-        host_.with([&](VirtualGrbl&) {
-            if (!tool_.is_moving()) tool_.place(kAbove);
-        });
-    }
-
-private:
-    static VirtualGrblOptions with_home(VirtualGrblOptions options, const VirtualToolOptions& axes) {
-        options.homed_position = axes.start;
-        options.soft_limits = true;
-        return options;
-    }
-
-    HiddenObject object_;
-    VirtualTool tool_;
-    VirtualGrbl grbl_;
-    GrblHost host_;
-};
-
-class MachineSession : public ::testing::Test {
+class MachineSession : public SessionRig {
 protected:
-    MachineSession() {
-        std::string name = (fs::temp_directory_path() / "palpate_session_XXXXXX").string();
-        folder_ = mkdtemp(name.data());
-        write("part.yaml", "grbl: {port: " + port().string() + "}\n  homing: run");
-    }
-    ~MachineSession() override { fs::remove_all(folder_); }
-
-    [[nodiscard]] fs::path port() const { return folder_ / "tty"; }
-    void write(const std::string& name, const std::string& connection) const {
-        std::ofstream(folder_ / name) << "machine:\n  " << connection << "\n"
-                                      << "  origin: [-60, -50, -40]\n  limits: {min: [-15, -15, -15], max: [15, 15, 15]}\n"
-                                         "  retract: 0.2\nworkspace: {ball: {center: [0, 0, 0], radius: 7}}\n"
-                                         "probing: {epsilon: 2, reach: 4.9}\n";
-    }
-    [[nodiscard]] std::string read(const fs::path& file) const {
-        std::ifstream in(folder_ / file, std::ios::binary);
-        return {std::istreambuf_iterator<char>(in), std::istreambuf_iterator<char>()};
-    }
-
     [[nodiscard]] TriangleMesh read_mesh(const fs::path& file) const {
         std::istringstream in(read(file));
         std::string word;
@@ -127,52 +36,6 @@ protected:
         return mesh;
     }
 
-    // A running palpate.
-    class Process {
-    public:
-        Process(const fs::path& folder, const std::vector<std::string>& words, rlim_t largest_file = RLIM_INFINITY) {
-            std::vector<std::string> all = words;
-            all.insert(all.begin(), PALPATE_EXECUTABLE);
-            std::vector<char*> argv;
-            for (std::string& word : all) argv.push_back(word.data());
-            argv.push_back(nullptr);
-            const std::string out = (folder / "out.txt").string();
-            id_ = fork();
-            if (id_ != 0) return;
-            // Only what may be called between fork and exec.
-            ::signal(SIGHUP, SIG_DFL);  // nohup would have it ignored
-            const int file = open(out.c_str(), O_WRONLY | O_CREAT | O_TRUNC, 0644);
-            dup2(file, STDOUT_FILENO);
-            dup2(file, STDERR_FILENO);
-            close(STDIN_FILENO);
-            if (largest_file != RLIM_INFINITY) {
-                signal(SIGXFSZ, SIG_IGN);
-                const rlimit limit{largest_file, largest_file};
-                setrlimit(RLIMIT_FSIZE, &limit);
-            }
-            if (chdir(folder.c_str()) == 0) execv(argv[0], argv.data());
-            _exit(127);
-        }
-        void send(int signal) const { kill(id_, signal); }
-        // Exit code; 128 and the signal if one ended it.
-        [[nodiscard]] int wait() {
-            int status = 0;
-            waitpid(id_, &status, 0);
-            return WIFEXITED(status) ? WEXITSTATUS(status) : 128 + WTERMSIG(status);
-        }
-
-    private:
-        pid_t id_ = 0;
-    };
-    [[nodiscard]] Process start(const std::vector<std::string>& words, rlim_t largest_file = RLIM_INFINITY) const {
-        return {folder_, words, largest_file};
-    }
-    int run(const std::vector<std::string>& words) const { return start(words).wait(); }
-    [[nodiscard]] std::vector<std::string> probe(const std::string& session) const {
-        return {"probe", "part.yaml", "-o", session, "--yes"};
-    }
-    [[nodiscard]] std::vector<std::string> resume(const std::string& session) const { return {"resume", session, "--yes"}; }
-
     // An uninterrupted session, and what its machine had to do.
     void run_reference(const VirtualGrblOptions& options = {}) {
         PortMachine machine(port(), options);
@@ -182,12 +45,6 @@ protected:
         mesh_ = read("reference/mesh.ply");
         moves_ = read_journal(folder_ / "reference/journal.jsonl").moves;
         ASSERT_GT(probes_, 100U);
-    }
-    static void expect_safe(PortMachine& machine) {
-        const VirtualToolAudit audit = machine.audit();
-        EXPECT_EQ(audit.unguarded_moves, 0U);
-        EXPECT_EQ(audit.outside_limits, 0U);
-        EXPECT_EQ(audit.unsafe_moves, 0U);
     }
     // The same mesh, from the same answers to the same questions: nothing lost, nothing false, nothing asked twice.
     void expect_same(const std::string& session) const {
@@ -201,7 +58,6 @@ protected:
         }
     }
 
-    fs::path folder_;
     std::uint64_t probes_ = 0;
     std::string mesh_;
     std::vector<JournalMove> moves_;
