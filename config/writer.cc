@@ -155,7 +155,9 @@ void add_machine(Lines& lines, const MachineConfig& machine) {
                     ", confirm: " + flag_text(touch.confirm) + ", confirm_travel: " + flag_text(touch.confirm_travel) + "}");
     lines.push_back("  datum_tolerance: " + or_null(machine.datum_tolerance_mm));
     const bool by_hand = machine.probe_proof == ProbeProof::hand;
-    lines.push_back(std::string("  probe_proof: ") + (by_hand ? "hand" : machine.probe_proof == ProbeProof::first_touch ? "first_touch" : "auto"));
+    lines.push_back(std::string("  probe_proof: ") + (by_hand                                          ? "hand"
+                                                      : machine.probe_proof == ProbeProof::first_touch ? "first_touch"
+                                                                                                       : "auto"));
 }
 
 std::string workspace_text(const WorkspaceSpec& workspace) {

@@ -87,8 +87,8 @@ struct Journal {
     [[nodiscard]] std::optional<std::size_t> last_passed(const Point& touched, double tolerance, std::size_t count) const;
     // Where the tool was before a move.
     [[nodiscard]] const Point& rest_before(std::size_t move) const { return move == 0 ? header.start : moves[move - 1].rest; }
-    // So many moves come up to and with the last that something was touched in: nothing but a touch shows that the probe works, and what was
-    // found free since then is in doubt once a session was interrupted.
+    // So many moves come up to and with the last that something was touched in: nothing but a touch shows that the probe works, and what
+    // was found free since then is in doubt once a session was interrupted.
     [[nodiscard]] std::size_t confirmed_moves() const;
 };
 

@@ -125,7 +125,8 @@ JournalResumption read_resumption(Line& line) {
         resumption.offsets_mm.push_back(offset.get<double>());
     }
     if (resumption.contacts.size() != resumption.offsets_mm.size()) line.fail("has not one offset for every contact");
-    if (!resumed.contains("directions") || !resumed["directions"].is_number_unsigned() || resumed["directions"] > 3) line.fail("\"directions\" is no number");
+    if (!resumed.contains("directions") || !resumed["directions"].is_number_unsigned() || resumed["directions"] > 3)
+        line.fail("\"directions\" is no number");
     resumption.directions = resumed["directions"].get<int>();
     resumption.after_miss = resumed.contains("after_miss");
     return resumption;
@@ -156,7 +157,8 @@ void read_line(Line& line, std::uint64_t number, Journal& journal) {
 std::size_t Journal::confirmed_moves() const {
     using Outcome = MoveResult::Outcome;
     std::size_t count = moves.size();
-    while (count > 0 && (moves[count - 1].result.outcome == Outcome::reached || moves[count - 1].result.outcome == Outcome::vanished)) --count;
+    while (count > 0 && (moves[count - 1].result.outcome == Outcome::reached || moves[count - 1].result.outcome == Outcome::vanished))
+        --count;
     return count;
 }
 
@@ -165,7 +167,8 @@ std::optional<std::size_t> Journal::last_passed(const Point& touched, double tol
         const JournalMove& move = moves[k];
         const Point& stop = move.result.position;
         // Beside where it was stopped it did not pass.
-        if (move.pace != Pace::probe || (move.result.outcome != MoveResult::Outcome::reached && (stop - touched).norm() <= tolerance)) continue;
+        if (move.pace != Pace::probe || (move.result.outcome != MoveResult::Outcome::reached && (stop - touched).norm() <= tolerance))
+            continue;
         if (distance_to({rest_before(k), stop}, touched) <= tolerance) return k;
     }
     return std::nullopt;

@@ -24,8 +24,7 @@ std::array<double, 3> key(const Point& p) { return {p.x(), p.y(), p.z()}; }
 
 }  // namespace
 
-Trail::Trail(const Journal& journal, const Workspace& workspace, const std::vector<Contradiction>& contradictions)
-    : workspace_(workspace) {
+Trail::Trail(const Journal& journal, const Workspace& workspace, const std::vector<Contradiction>& contradictions) : workspace_(workspace) {
     std::map<std::array<double, 3>, std::size_t> known;
     const auto add = [&](const Point& p) {
         const auto [found, is_new] = known.try_emplace(key(p), places_.size());

@@ -29,7 +29,8 @@ public:
     [[nodiscard]] std::vector<Point> way(const Point& from, const Point& to) const;
     // Whether the tool rested at both, and a way is left.
     [[nodiscard]] bool has_way(const Point& from, const Point& to) const;
-    // mm: the lengths of such ways (those that came after the last contact count far more) from a place to each of several; infinite where the tool never rested.
+    // mm: the lengths of such ways (those that came after the last contact count far more) from a place to each of several; infinite where
+    // the tool never rested.
     [[nodiscard]] std::vector<double> lengths(const Point& from, const std::vector<Point>& to) const;
 
     // The move that passed nearest to `p`, if one did within `tolerance` (mm).

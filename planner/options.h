@@ -68,10 +68,11 @@ struct Options {
     // What a machine can do; 0 for an exact oracle.
     double touch_error = 0.0;  // mm: touches may lie beside S by that, and the tool beside its line
     double retract = 0.0;      // mm: the tool lifts off a touch at least so far before it goes elsewhere
-    // mm: what the probe gives way after a touch. Given: the probe may die, and has to be shown to work again and again (internal/probe_watch.h).
+    // mm: what the probe gives way after a touch. Given: the probe may die, and has to be shown to work again and again
+    // (internal/probe_watch.h).
     std::optional<double> overtravel;
-    bool goes_home = false;    // whether the tool is brought back to where it began
-    MachineRates rates;        // what a budget of machine time is reckoned with
+    bool goes_home = false;  // whether the tool is brought back to where it began
+    MachineRates rates;      // what a budget of machine time is reckoned with
 };
 
 }  // namespace palpate

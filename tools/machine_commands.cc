@@ -35,7 +35,9 @@ void ask(const std::string& what_will_move, bool yes, const StopSignals& signals
 SessionHost host_for(const MachineConfig& machine, bool yes, const StopSignals& signals) {
     SessionHost host;
     if (is_proven_by_hand(machine.probe_proof, !yes)) {
-        host.press = [&signals](Machine& connected) { return see_probe_pressed(connected, STDIN_FILENO, "stop", std::cerr, signals.token()); };
+        host.press = [&signals](Machine& connected) {
+            return see_probe_pressed(connected, STDIN_FILENO, "stop", std::cerr, signals.token());
+        };
     }
     host.ask = [yes, &signals](const std::string& plan) { ask(plan, yes, signals); };
     host.say = [](const std::string& sentence) { spdlog::info("{}", sentence); };
@@ -142,7 +144,8 @@ ExitCode run(const TouchCommand& command, std::ostream& out) {
             break;
         case MoveResult::Outcome::vanished:
             out << "vanished: the probe closed at " << point_text(touch.position)
-                << ", and twice nothing was there when looked at again: a false trigger, or the probe does not close any more; press it by hand "
+                << ", and twice nothing was there when looked at again: a false trigger, or the probe does not close any more; press it by "
+                   "hand "
                    "(palpate check)\n";
             break;
         case MoveResult::Outcome::failed:

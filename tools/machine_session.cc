@@ -71,8 +71,9 @@ void warn_of_blind_directions(const JournalResumption& found, const SessionHost&
     if (found.contacts.empty()) {
         return host.say("nothing was touched yet, so nothing shows whether part and machine are where they were: look");
     }
-    host.say(std::to_string(found.contacts.size()) + " known place(s) were touched again, which show a shift of the part or the machine in " +
-             std::to_string(found.directions) + " of 3 directions only: look whether both are where they were");
+    host.say(std::to_string(found.contacts.size()) +
+             " known place(s) were touched again, which show a shift of the part or the machine in " + std::to_string(found.directions) +
+             " of 3 directions only: look whether both are where they were");
 }
 
 // The journal is shorter than what the session takes it for: it is read again.
@@ -159,8 +160,8 @@ private:
         throw ReadAgain{};
     }
 
-    // Space was free and is touched. If a probe found it free, and known places show that neither part nor machine moved, that probe missed S:
-    // from there on the session is made again. If not, a session that halted so is asked again once.
+    // Space was free and is touched. If a probe found it free, and known places show that neither part nor machine moved, that probe missed
+    // S: from there on the session is made again. If not, a session that halted so is asked again once.
     void settle(const UnexpectedContact& contact, JournalingDevice& journal) {
         const std::size_t count = record_.moves.size();
         if (contact.moves() == 0 || contact.moves() > count) throw contact;  // it was not the planner's travel
@@ -235,8 +236,9 @@ MachineRun start_session(const SessionConfig& config, const std::filesystem::pat
     host.ask(describe_plan(*config.machine, report,
                            "It will move, guarded, around and into the workspace until it has found the part's shape."));
     if (host.press && !host.press(guarded.machine())) {
-        throw DeviceError("the probe was not seen to close and to open; nothing has moved. Look at its lead, plug and battery; without somebody to "
-                          "press it: machine.probe_proof: first_touch");
+        throw DeviceError(
+            "the probe was not seen to close and to open; nothing has moved. Look at its lead, plug and battery; without somebody to "
+            "press it: machine.probe_proof: first_touch");
     }
     guarded.machine().make_ready();
     const JournalHeader header{config_digest(folder), guarded.device().position(), report.identity};

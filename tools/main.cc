@@ -117,7 +117,9 @@ int main(int argc, char** argv) {
         ->check(CLI::Range(0.0, 1.0))
         ->capture_default_str();
     vm_app->add_option("--bounce", vm.bounce, "Share of the touches that bounce")->check(CLI::Range(0.0, 1.0))->capture_default_str();
-    vm_app->add_option("--miss", vm.miss, "Share of the touches that do not close the probe")->check(CLI::Range(0.0, 1.0))->capture_default_str();
+    vm_app->add_option("--miss", vm.miss, "Share of the touches that do not close the probe")
+        ->check(CLI::Range(0.0, 1.0))
+        ->capture_default_str();
     vm_app->add_option("--seed", vm.seed, "Of these three")->capture_default_str();
     vm_app->add_option("--audit", vm.audit, "Write what the machine saw of its motion to FILE, at the end")->type_name("FILE");
     add_overrides(vm_app, vm.overrides);

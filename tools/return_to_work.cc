@@ -40,7 +40,7 @@ Point within(const Box& box, const Point& p) { return p.cwiseMax(box.min).cwiseM
 class WayBack {
 public:
     WayBack(GuardedMachine& guarded, const Journal& journal, const Workspace& workspace, const MachineConfig& config,
-           const Interruption& interruption)
+            const Interruption& interruption)
         : machine_(guarded.machine()),
           guarded_(guarded.device()),
           journal_(journal),
@@ -55,7 +55,8 @@ public:
     Return run() {
         const Point at = machine_.report().position;  // as it is now: the operator may have moved it by hand
         const double beside = std::max(kBesideWay, 2 * DeviceOracle::kGraze * config_.touch_error());
-        const std::optional<Point> origin = machine_.is_position_trusted() ? origin_of(at, interruption_.next_target, beside) : std::nullopt;
+        const std::optional<Point> origin =
+            machine_.is_position_trusted() ? origin_of(at, interruption_.next_target, beside) : std::nullopt;
         try {
             if (origin) {
                 // The machine ended by itself what was under way, perhaps on the surface.
@@ -100,7 +101,8 @@ private:
     // None that passed a place that is touched now, and no rest that no way leads to any more.
     [[nodiscard]] std::size_t believed_moves() const {
         std::size_t moves = interruption_.moves;
-        for (const Trail::Contradiction& c : contradictions_) moves = std::min(moves, journal_.last_passed(c.touched, c.tolerance, moves).value_or(moves));
+        for (const Trail::Contradiction& c : contradictions_)
+            moves = std::min(moves, journal_.last_passed(c.touched, c.tolerance, moves).value_or(moves));
         std::vector<Point> rests;
         for (std::size_t k = 0; k <= moves; ++k) rests.push_back(journal_.rest_before(k));
         const std::vector<double> ways = trail_.lengths(place_, rests);
@@ -232,7 +234,8 @@ private:
         go(place_);
     }
 
-    // Touches a known place again, from its start, where the tool is. mm: how far off it is, along S's normal if that is known, else along the way of the touch.
+    // Touches a known place again, from its start, where the tool is. mm: how far off it is, along S's normal if that is known, else along
+    // the way of the touch.
     double confirm(const DatumPlace& place) {
         const double tolerance = config_.datum_tolerance();
         // Far enough to tell how far off it is; no deeper than the probe gives way, nor than the limits allow.

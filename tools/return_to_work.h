@@ -1,5 +1,5 @@
-// Brings the tool of an interrupted session back to where what is to be believed of it ends, over ways that it has gone before, and touches known places
-// again: neither the part nor the origin may have moved.
+// Brings the tool of an interrupted session back to where what is to be believed of it ends, over ways that it has gone before, and touches
+// known places again: neither the part nor the origin may have moved.
 #pragma once
 
 #include "config/machine_config.h"
@@ -21,9 +21,9 @@ struct Return {
     std::size_t moves = 0;  // of the journal, that are to be believed: the tool is where they end
 };
 
-// All ways are gone at the feed of probes. Throws DeviceError if the tool is where no way back is known, if something is in the way, or if a
-// known place has moved by more than the tolerance.
-[[nodiscard]] Return return_to_work(GuardedMachine& guarded, const Journal& journal, const Workspace& workspace, const MachineConfig& config,
-                                    const Interruption& interruption);
+// All ways are gone at the feed of probes. Throws DeviceError if the tool is where no way back is known, if something is in the way, or if
+// a known place has moved by more than the tolerance.
+[[nodiscard]] Return return_to_work(GuardedMachine& guarded, const Journal& journal, const Workspace& workspace,
+                                    const MachineConfig& config, const Interruption& interruption);
 
 }  // namespace palpate

@@ -153,7 +153,8 @@ void run_modbus(const VmCommand& command, const HiddenObject& object, const Virt
     if (const auto* tcp = std::get_if<ModbusTcp>(&link.where)) out << "on " << tcp->host << ':' << tcp->port;
     if (const auto* rtu = std::get_if<ModbusRtu>(&link.where)) out << "on " << command.modbus_rtu.string() << " -> " << rtu->path;
     out << "; Ctrl-C ends it" << std::endl;
-    wait(signals, [&](bool pressed) { modbus.with_controller([&](VirtualModbusController& controller) { controller.tool().press(pressed); }); });
+    wait(signals,
+         [&](bool pressed) { modbus.with_controller([&](VirtualModbusController& controller) { controller.tool().press(pressed); }); });
     report(command, modbus.with_controller([](const VirtualModbusController& controller) { return controller.tool().audit(); }), out);
 }
 

@@ -149,11 +149,12 @@ MachineConfig read_machine(Section& section, const std::filesystem::path& folder
          "+ noise",
          Need::optional, kMillimetres},
         kPositive);
-    machine.probe_proof = static_cast<ProbeProof>(section.word(
-        {"probe_proof",
-         "what shows that the probe works before a session relies on it: it is pressed by hand, or the first touch, until which all motion is "
-         "as slow as a probe; auto: by hand at a terminal, the first touch with --yes"},
-        kProofWords, static_cast<std::size_t>(machine.probe_proof)));
+    machine.probe_proof =
+        static_cast<ProbeProof>(section.word({"probe_proof",
+                                              "what shows that the probe works before a session relies on it: it is pressed by hand, or "
+                                              "the first touch, until which all motion is "
+                                              "as slow as a probe; auto: by hand at a terminal, the first touch with --yes"},
+                                             kProofWords, static_cast<std::size_t>(machine.probe_proof)));
     section.require_one_alternative();
     section.require(machine.homing == Homing::require || std::holds_alternative<GrblSpec>(machine.connection), "homing",
                     "is not possible with machine.modbus, whose registers have no command for it; allowed: require; home the machine at "

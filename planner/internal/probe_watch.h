@@ -26,8 +26,8 @@ public:
     [[nodiscard]] bool is_in_doubt() const { return clears_ > 0; }
     // So many came, or such a long way of them, that a known place has to be touched.
     [[nodiscard]] bool is_due() const;
-    // Whether a straight way is known to be free by clears alone, since the last contact. Before the first every way is, and for a probe that
-    // misses touches.
+    // Whether a straight way is known to be free by clears alone, since the last contact. Before the first every way is, and for a probe
+    // that misses touches.
     [[nodiscard]] bool is_unconfirmed(const Segment& way) const;
     // The probe misses a touch now and then: one that stays away tells less, and is asked for twice.
     [[nodiscard]] bool misses_touches() const { return misses_touches_; }

@@ -24,10 +24,12 @@ constexpr double kDetour = 2.0;
 constexpr double kSamePlace = 0.1;
 
 constexpr const char* kSilent =
-    ", a known place: the probe does not close any more, or the part is gone. Look at its lead, plug and battery, press it by hand (palpate "
+    ", a known place: the probe does not close any more, or the part is gone. Look at its lead, plug and battery, press it by hand "
+    "(palpate "
     "check), then resume: what was found free since the last contact is asked again";
 constexpr const char* kUnproven =
-    ": nothing shows that the probe works. Press it by hand and see it close (palpate check), then resume at a terminal, without --yes, where it "
+    ": nothing shows that the probe works. Press it by hand and see it close (palpate check), then resume at a terminal, without --yes, "
+    "where it "
     "can be pressed again; or begin a new session with probing.seed_rays that meet the part";
 
 }  // namespace
@@ -188,7 +190,8 @@ void Tool::show_alive(const Doubt& doubt, NodeId next) {
         if (oracle_.prove_alive()) return watch_->note_proof();
         throw SilenceError(text(doubt) + kUnproven);
     }
-    const bool is_shown = doubt.kind == Doubt::many_clears ? touch_some(*place, passed_over) : visit(*place, true, watch_->misses_touches());
+    const bool is_shown =
+        doubt.kind == Doubt::many_clears ? touch_some(*place, passed_over) : visit(*place, true, watch_->misses_touches());
     if (!is_shown) throw SilenceError(text(doubt) + "; then nothing was touched at " + point_text(place->position) + kSilent);
     if (next != kNoNode) move_along(next, false);  // what is behind is confirmed now
 }

@@ -1,8 +1,8 @@
 // The tool as the planner sees it: at a node of the roadmap, with an account of all it did.
 //
 // Where a probe may die (Options::watch), it is the tool that notices (DEVICES section 4). A contact that is expected and stays away
-// is asked for again; if it stays away again a known place is touched before anything else: a contact there makes the clear a finding, a clear
-// there means that the probe is dead. Where nothing is expected a known place is touched after so many clears (probe_watch.h).
+// is asked for again; if it stays away again a known place is touched before anything else: a contact there makes the clear a finding, a
+// clear there means that the probe is dead. Where nothing is expected a known place is touched after so many clears (probe_watch.h).
 #pragma once
 
 #include <functional>
@@ -91,8 +91,8 @@ private:
         Point place = Point::Zero();  // where a contact was missed, or the end of the way on which one vanished
     };
     [[nodiscard]] std::string text(const Doubt& doubt);
-    // Touches a known place on the way to `next`, where the tool is then (kNoNode: where it touched from). Throws SilenceError if that is not
-    // touched either, or if none is known and nobody can show that the probe works.
+    // Touches a known place on the way to `next`, where the tool is then (kNoNode: where it touched from). Throws SilenceError if that is
+    // not touched either, or if none is known and nobody can show that the probe works.
     void show_alive(const Doubt& doubt, NodeId next);
     [[nodiscard]] bool touch_some(const KnownPlace& place, std::vector<Point>& passed_over);
     // Goes to its start and touches it, twice if need be; the tool is at the start then.

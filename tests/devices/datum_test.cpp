@@ -86,7 +86,7 @@ Touched touch(Solid solid, std::size_t count, const Vector& axis, double least, 
 
 std::vector<DatumPlace> choose(const Journal& journal) {
     const Trail trail(journal, Workspace(Ball{Point::Zero(), 9}));
-    return choose_datum_places(journal, trail, journal.last_rest());
+    return choose_datum_places(journal, trail, journal.last_rest(), journal.moves.size());
 }
 
 const Vector& true_normal(const Touched& touched, const DatumPlace& place) { return touched.normals[place.line / 2 - 1]; }

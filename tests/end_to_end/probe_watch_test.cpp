@@ -119,7 +119,7 @@ double depth(const Point& p) { return kRadius - p.norm(); }
 
 TEST(ProbeWatch, AProbeThatDiesAtAnyMomentIsNoticedBeforeItCostsMore) {
     constexpr std::uint64_t kSeed = 19;
-    constexpr int kMoments = 34;            // of each of six strategies
+    constexpr int kMoments = 34;             // of each of six strategies
     constexpr std::uint64_t kLastTouch = 8;  // moves of the contact that a run ends with, after which nothing relies on the probe
     SCOPED_TRACE(seed_text(kSeed));
     Random random(kSeed);

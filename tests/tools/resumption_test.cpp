@@ -82,9 +82,10 @@ protected:
         const Journal journal = journal_of(session);
         GuardedMachine guarded(*config.machine, {});
         const Interruption interruption{journal.last_rest(), journal.confirmed_moves(), {}};
-        JournalResumption found = return_to_work(guarded, journal, machine_workspace(config), *config.machine, interruption);
+        const Return way_back = return_to_work(guarded, journal, machine_workspace(config), *config.machine, interruption);
+        EXPECT_EQ(way_back.moves, journal.confirmed_moves());
         expect_safe(machine);
-        return found;
+        return way_back.found;
     }
     // A copy of a session is resumed where the part has been shifted.
     void expect_found(const fs::path& session, const Vector& shift, int trial) const {
