@@ -132,7 +132,8 @@ ExitCode run(const TouchCommand& command, std::ostream& out) {
             "It will move, guarded, straight to " + point_text(from) + ", then towards " + point_text(to) + " until it touches, and back."),
         command.yes, signals);
     guarded.machine().make_ready();
-    const MoveResult there = device.guarded_move(from, Pace::travel);
+    // Nothing has shown yet that the probe works.
+    const MoveResult there = move_past_sparks(device, from, Pace::probe);
     if (there.outcome != MoveResult::Outcome::reached) throw UnexpectedContact(there.position, "the way to --from");
     const MoveResult touch = device.guarded_move(to, Pace::probe);
     switch (touch.outcome) {

@@ -191,6 +191,7 @@ private:
     // No way that is known leads on from beyond what the probe has missed: straight out of the workspace, where that is nearest and free.
     void escape() {
         const Point from = guarded_.position();
+        if (!workspace_.contains(from)) return go_round_to_start(from);
         std::vector<std::pair<double, Vector>> ways;
         for (int k = 0; k < 27; ++k) {
             const Vector direction = Vector(k % 3 - 1, k / 3 % 3 - 1, k / 9 - 1).normalized();
@@ -203,13 +204,19 @@ private:
                 go(from);
                 continue;
             }
-            const Point out = workspace_.nearest_boundary(guarded_.position());
-            go(workspace_.outer_path(out, workspace_.nearest_boundary(journal_.header.start)));
-            place_ = journal_.header.start;
-            return go(place_);
+            return go_round_to_start(guarded_.position());
         }
         throw PositionLost("the tool is at " + point_text(from) +
                            ", where no way out is known: a probe that missed the part led there. Move it outside by hand, then resume");
+    }
+
+    // Around the workspace, from a place outside it.
+    void go_round_to_start(const Point& at) {
+        const Point out = workspace_.nearest_boundary(at);
+        go(out);
+        go(workspace_.outer_path(out, workspace_.nearest_boundary(journal_.header.start)));
+        place_ = journal_.header.start;
+        go(place_);
     }
 
     // From where the tool is to a place where the session has rested.
@@ -221,12 +228,7 @@ private:
             place_ = known->from;
         } else if (!workspace_.contains(at) || (workspace_.nearest_boundary(at) - at).norm() <= beside) {
             // On a way around the workspace, too, which touches its boundary.
-            const Point start = journal_.header.start;
-            const Point out = workspace_.nearest_boundary(at);
-            const Point in = workspace_.nearest_boundary(start);
-            go(out);
-            go(workspace_.outer_path(out, in));
-            place_ = start;
+            return go_round_to_start(at);
         } else {
             throw PositionLost("the tool is at " + point_text(at) +
                                ", inside the workspace and not on a way that this session has gone: move it outside by hand, then resume");
