@@ -168,7 +168,7 @@ private:
         const double tolerance = 2 * DeviceOracle::kGraze * config_.probing.touch_error;
         const std::size_t before = count - contact.moves();
         const auto missed = record_.last_passed(contact.where(), tolerance, before);
-        if (missed && misses() < kMisses + count / kMovesPerMiss) {
+        if (missed && missed_touches(record_.resumptions) < kMisses + count / kMovesPerMiss) {
             host_.say(std::string(contact.what()) + ". A probe had passed there and found nothing; known places are touched again");
             return_to({record_.last_rest(), *missed, Trail::Contradiction{contact.where(), tolerance, *missed, before}}, true);
         }
@@ -178,15 +178,9 @@ private:
         journal.withdraw(contact.moves());
     }
 
-    // Touches that were missed and found out.
-    [[nodiscard]] std::size_t misses() const {
-        const auto is_miss = [](const JournalResumption& r) { return r.after_miss; };
-        return static_cast<std::size_t>(std::ranges::count_if(record_.resumptions, is_miss));
-    }
-
     // The machine that is connected.
     ProbeDevice& device() {
-        if (misses() == 0) return guarded_->device();
+        if (missed_touches(record_.resumptions) == 0) return guarded_->device();
         return slow_.emplace(guarded_->device());
     }
 
@@ -265,6 +259,10 @@ MachineRun replay_session(const SessionConfig& config, const std::filesystem::pa
 MachineRun resume_session(const SessionConfig& config, const std::filesystem::path& folder, const SessionHost& host) {
     JournalWriter writer(folder / kJournalFile);
     return Session(config, folder, host, writer).run();
+}
+
+std::size_t missed_touches(const std::vector<JournalResumption>& resumptions) {
+    return static_cast<std::size_t>(std::ranges::count_if(resumptions, [](const JournalResumption& r) { return r.after_miss; }));
 }
 
 }  // namespace palpate

@@ -48,4 +48,7 @@ struct SessionHost {
 // The same result again, from the journal of a session that was finished.
 [[nodiscard]] MachineRun replay_session(const SessionConfig& config, const std::filesystem::path& folder, const SessionHost& host);
 
+// How often known places were touched again because a probe had missed a touch.
+[[nodiscard]] std::size_t missed_touches(const std::vector<JournalResumption>& resumptions);
+
 }  // namespace palpate

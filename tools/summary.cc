@@ -127,8 +127,7 @@ std::string to_json(const MachineRun& run, double epsilon) {
     const auto moves = [](const MoveCount& count) {
         return Json{{"reached", count.reached}, {"contact", count.contact}, {"failed", count.failed}, {"vanished", count.vanished}};
     };
-    const auto misses =
-        static_cast<std::size_t>(std::ranges::count_if(run.resumptions, [](const JournalResumption& r) { return r.after_miss; }));
+    const std::size_t misses = missed_touches(run.resumptions);
     json["machine"] = {
         {"identity", run.machine},
         {"moves", {{"travel", moves(meter.travel)}, {"probe", moves(meter.probe)}}},
