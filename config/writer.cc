@@ -33,6 +33,8 @@ std::string triple(const Vector& v, const Spell& spell) {
 
 std::string or_null(const std::optional<double>& value) { return value ? number_text(*value) : "null"; }
 
+std::string flag_text(bool flag) { return flag ? "true" : "false"; }
+
 std::string vector_text(const Vector& v) { return triple(v, number_text); }
 
 std::string quoted(const std::string& text) {
@@ -59,6 +61,12 @@ void append_indented(Lines& lines, const Lines& inner, const std::string& first,
     }
 }
 
+// Where a shape or a mesh is put.
+template <class Spec>
+Lines place_lines(const Spec& spec) {
+    return {"at: " + vector_text(spec.at), "rotate: " + triple(spec.rotate, yaml::degrees_text)};
+}
+
 Lines shape_lines(const ShapeSpec& shape) {
     Lines lines;
     const auto add = [&lines](const std::string& line) { lines.push_back(line); };
@@ -81,8 +89,7 @@ Lines shape_lines(const ShapeSpec& shape) {
             },
         },
         shape.kind);
-    add("at: " + vector_text(shape.at));
-    add("rotate: " + triple(shape.rotate, yaml::degrees_text));
+    append_indented(lines, place_lines(shape), "", "");
     return lines;
 }
 
@@ -92,6 +99,8 @@ void add_object(Lines& lines, const ObjectSpec& object) {
                    [&](const MeshSpec& mesh) {
                        lines.push_back("  mesh: " + quoted(std::filesystem::absolute(mesh.file).string()));
                        lines.push_back("  scale: " + number_text(mesh.scale));
+                       append_indented(lines, place_lines(mesh), "  ", "  ");
+                       lines.push_back("  repair: " + flag_text(mesh.repair));
                    },
                    [&](const ShapeSpec& shape) {
                        lines.emplace_back("  shape:");
@@ -100,8 +109,6 @@ void add_object(Lines& lines, const ObjectSpec& object) {
                },
                object);
 }
-
-std::string flag_text(bool flag) { return flag ? "true" : "false"; }
 
 std::string connection_text(const MachineConfig& machine) {
     return std::visit(Overloaded{

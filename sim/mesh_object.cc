@@ -2,43 +2,104 @@
 
 #include <CGAL/Exact_predicates_inexact_constructions_kernel.h>
 #include <CGAL/Side_of_triangle_mesh.h>
-#include <CGAL/Surface_mesh.h>
 
 #include <Eigen/Geometry>
-#include <numeric>
+#include <cmath>
+#include <new>
+#include <utility>
 
+#include "planner/union_find.h"
 #include "sim/errors.h"
 #include "sim/internal/mesh_check.h"
 #include "sim/internal/mesh_reader.h"
+#include "sim/internal/mesh_repair.h"
+#include "sim/internal/message_text.h"
+#include "sim/internal/orientation.h"
+#include "sim/internal/pose.h"
+#include "sim/internal/surface_mesh.h"
 #include "sim/internal/triangle_tree.h"
 
 namespace palpate {
 namespace {
 
 using Kernel = CGAL::Exact_predicates_inexact_constructions_kernel;
-using SurfaceMesh = CGAL::Surface_mesh<Kernel::Point_3>;
 
-SurfaceMesh to_surface_mesh(const TriangleMesh& mesh) {
-    SurfaceMesh result;
-    for (const Point& p : mesh.points) result.add_vertex({p.x(), p.y(), p.z()});
-    using Index = SurfaceMesh::Vertex_index;
-    for (const auto& [a, b, c] : mesh.triangles) result.add_face(Index(a), Index(b), Index(c));
-    return result;
-}
+struct CheckedMesh {
+    TriangleMesh mesh;
+    std::vector<std::string> warnings;
+};
 
-TriangleMesh checked_mesh(const MeshSpec& spec) {
-    TriangleMesh mesh = read_mesh(spec);
-    const std::vector<std::string> problems = mesh_problems(mesh);
-    if (problems.empty()) return mesh;
-    std::string message = spec.file.string() + ": not the surface of a solid: ";
-    for (std::size_t i = 0; i < problems.size(); ++i) message.append(i > 0 ? "; " : "").append(problems[i]);
-    throw ObjectError(message);
+void append(std::string& text, const std::string& separator, const std::string& more) { text += (text.empty() ? "" : separator) + more; }
+
+void refuse_problems(const std::vector<std::string>& problems) {
+    std::string text;
+    for (const std::string& problem : problems) append(text, "; ", problem);
+    if (!text.empty()) throw ObjectError("not the surface of a solid: " + text);
 }
 
 Bounds bounds_of(const std::vector<Point>& points) {
     Bounds box{points.front(), points.front()};
     for (const Point& p : points) box = {box.min.cwiseMin(p), box.max.cwiseMax(p)};
     return box;
+}
+
+void place(TriangleMesh& mesh, const MeshSpec& spec) {
+    const Pose pose = make_pose(spec.rotate, spec.at);
+    for (Point& p : mesh.points) p = pose.to_world(spec.scale * p);
+    const Bounds box = bounds_of(mesh.points);
+    if (!(box.min.cwiseAbs().cwiseMax(box.max.cwiseAbs()).maxCoeff() <= kLargestCoordinate)) {
+        throw ObjectError("is too large or too far away, in mm, to be reckoned with");
+    }
+    if (!((box.max - box.min).maxCoeff() >= 1.0 / kLargestCoordinate)) throw ObjectError("is too small, in mm, to be reckoned with");
+}
+
+void refuse_repairs(const std::vector<Repair>& repairs) {
+    std::string text;
+    for (const Repair& repair : repairs) append(text, ", ", repair.defect);
+    throw ObjectError("needs repair, which object.repair forbids: " + text + "; set object.repair: true, or export the mesh again");
+}
+
+// Mended and checked in the file's own coordinates as far as possible: what is exact there, such as three points on a line, need not be
+// so any more once it is placed.
+CheckedMesh checked_mesh(PolygonSoup soup, const MeshSpec& spec) {
+    if (!std::isfinite(spec.scale) || spec.scale <= 0.0) {
+        throw ObjectError("scale must be a positive number, but it is " + std::to_string(spec.scale));
+    }
+    if (!spec.at.allFinite() || !spec.rotate.allFinite()) throw ObjectError("at and rotate must be finite numbers");
+    auto [mesh, repairs] = repaired(std::move(soup), spec.scale);
+    if (mesh.triangles.empty()) throw ObjectError("not the surface of a solid: all its faces are without area");
+    refuse_problems(topology_problems(mesh, spec.scale, make_pose(spec.rotate, spec.at)));
+    place(mesh, spec);
+    refuse_problems(geometry_problems(mesh));
+    const Components components = orient_outward(mesh);
+    if (components.inside_out > 0) {
+        const bool one = components.inside_out == 1;
+        const std::string which = components.count == 1 ? " component" : " of " + std::to_string(components.count) + " components";
+        repairs.push_back({std::to_string(components.inside_out) + which + (one ? " was" : " were") + " inside out",
+                           one ? "and has been turned" : "and have been turned"});
+    }
+    if (!spec.repair && !repairs.empty()) refuse_repairs(repairs);
+    CheckedMesh result{std::move(mesh), {}};
+    for (const Repair& repair : repairs) result.warnings.push_back(repair.defect + " " + repair.remedy);
+    if (components.cavities > 0) {
+        result.warnings.push_back(counted(components.cavities, "component is a cavity", "components are cavities") +
+                                  " inside another; no probe can reach it");
+    }
+    return result;
+}
+
+CheckedMesh checked_mesh(const MeshSpec& spec) {
+    PolygonSoup soup = read_mesh(spec.file);
+    const std::string file = spec.file.string() + ": ";
+    try {
+        CheckedMesh checked = checked_mesh(std::move(soup), spec);
+        for (std::string& warning : checked.warnings) warning.insert(0, file);
+        return checked;
+    } catch (const ObjectError& error) {
+        throw ObjectError(file + error.what());
+    } catch (const std::bad_alloc&) {
+        throw ObjectError(file + "is too large for the memory of this computer; simplify the mesh");
+    }
 }
 
 double area_of(const TriangleMesh& mesh) {
@@ -50,21 +111,11 @@ double area_of(const TriangleMesh& mesh) {
 }
 
 int count_components(const TriangleMesh& mesh) {
-    std::vector<std::size_t> parent(mesh.points.size());  // union-find over points
-    std::iota(parent.begin(), parent.end(), std::size_t{0});
-    const auto root = [&](std::size_t i) {
-        while (parent[i] != i) i = parent[i] = parent[parent[i]];
-        return i;
-    };
-    auto count = static_cast<int>(parent.size());
-    const auto join = [&](std::size_t i, std::size_t j) {
-        if (root(i) == root(j)) return;
-        parent[root(i)] = root(j);
-        --count;
-    };
+    UnionFind joined(mesh.points.size());
+    auto count = static_cast<int>(mesh.points.size());
     for (const auto& [a, b, c] : mesh.triangles) {
-        join(a, b);
-        join(b, c);
+        count -= joined.join(a, b) ? 1 : 0;
+        count -= joined.join(b, c) ? 1 : 0;
     }
     return count;
 }
@@ -72,9 +123,9 @@ int count_components(const TriangleMesh& mesh) {
 }  // namespace
 
 struct MeshObject::Impl {
-    explicit Impl(const MeshSpec& spec)
-        : mesh(checked_mesh(spec)),
-          warnings(orient_outward(mesh)),
+    explicit Impl(CheckedMesh checked)
+        : mesh(std::move(checked.mesh)),
+          warnings(std::move(checked.warnings)),
           surface(to_surface_mesh(mesh)),
           side(surface),
           tree(mesh),
@@ -83,7 +134,6 @@ struct MeshObject::Impl {
           // V - E + F of a closed triangle mesh, where E = 3F/2.
           euler_characteristic(static_cast<int>(mesh.points.size()) - static_cast<int>(mesh.triangles.size()) / 2),
           components(count_components(mesh)) {
-        for (std::string& warning : warnings) warning.insert(0, spec.file.string() + ": ");
         side(surface.point(SurfaceMesh::Vertex_index(0)));  // builds its tree now
     }
 
@@ -98,7 +148,7 @@ struct MeshObject::Impl {
     int components;
 };
 
-MeshObject::MeshObject(const MeshSpec& spec) : impl_(std::make_unique<const Impl>(spec)) {}
+MeshObject::MeshObject(const MeshSpec& spec) : impl_(std::make_unique<const Impl>(checked_mesh(spec))) {}
 MeshObject::~MeshObject() = default;
 MeshObject::MeshObject(MeshObject&&) noexcept = default;
 MeshObject& MeshObject::operator=(MeshObject&&) noexcept = default;

@@ -14,9 +14,10 @@ namespace palpate {
 // Const queries may run at the same time on several threads.
 class MeshObject {
 public:
-    // Reads OFF, PLY, OBJ or STL (by extension), multiplies by the scale, joins equal points, triangulates polygons. Components
-    // that are inside out are turned, with a warning. Throws ObjectError if the file cannot be read or is not the surface of a solid: all
-    // its problems in one message, with counts.
+    // Reads OFF, PLY, OBJ or STL (by extension), joins equal points, cuts polygons into triangles, mends what can be mended (sim/README.md)
+    // with a warning for each kind of repair, and multiplies by the scale, rotates and moves. Throws ObjectError, naming the file, if it
+    // cannot be read (with the line or byte), is not the surface of a solid (with all its problems and their counts), or would need a
+    // repair that the spec forbids.
     explicit MeshObject(const MeshSpec& spec);
     ~MeshObject();
     MeshObject(MeshObject&&) noexcept;

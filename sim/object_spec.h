@@ -42,8 +42,11 @@ struct ShapeSpec {
 };
 
 struct MeshSpec {
-    std::filesystem::path file;  // OFF, PLY, OBJ or STL
-    double scale = 1.0;
+    std::filesystem::path file;      // OFF, PLY, OBJ or STL
+    double scale = 1.0;              // mm per unit of the file
+    Point at = Point::Zero();        // mm: where the file's origin is put
+    Vector rotate = Vector::Zero();  // radians, as of a shape: about the file's origin
+    bool repair = true;              // mend what can be mended (sim/README.md), or refuse it
 };
 
 using ObjectSpec = std::variant<MeshSpec, ShapeSpec>;

@@ -54,6 +54,13 @@ void read_kind(Section& section, std::string_view name, std::string_view meaning
     section.mapping({name, meaning, kAlternative}, [&](Section& inner) { kind = read(inner); });
 }
 
+// Where a shape or a mesh is put.
+template <class Spec>
+void read_place(Section& section, std::string_view meaning_of_at, std::string_view meaning_of_rotate, Spec& spec) {
+    spec.at = section.vector({"at", meaning_of_at, Need::optional, kMillimetres}, kAnyNumber, Vector(Vector::Zero()));
+    spec.rotate = section.angles({"rotate", meaning_of_rotate});
+}
+
 ShapeSpec read_shape(Section& section);
 
 std::vector<ShapeSpec> read_union(Section& section) {
@@ -73,9 +80,8 @@ ShapeSpec read_shape(Section& section) {
     read_kind(section, "rounded_box", "a box with rounded edges", read_rounded_box, shape.kind);
     read_kind(section, "genus2", "a smooth plate with two holes", read_genus2, shape.kind);
     read_kind(section, "union", "several shapes as one object", read_union, shape.kind);
-    shape.at =
-        section.vector({"at", "where the centre of the shape is put", Need::optional, kMillimetres}, kAnyNumber, Vector(Vector::Zero()));
-    shape.rotate = section.angles({"rotate", "turns about x, then y, then z of the fixed frame, before `at` is added"});
+    read_place(section, "where the centre of the shape is put", "turns about x, then y, then z of the fixed frame, before `at` is added",
+               shape);
     section.require_one_alternative();
     return shape;
 }
@@ -93,11 +99,19 @@ ObjectSpec read_object(Section& section, const std::filesystem::path& folder) {
     MeshSpec mesh;
     const std::filesystem::path file = section.text({"mesh", "OFF, PLY, OBJ or STL file, relative to the config file", kAlternative});
     mesh.scale = section.number({"scale", "factor to the mesh's coordinates; only with `mesh`"}, kPositive, mesh.scale);
+    read_place(section, "where the origin of the mesh is put; only with `mesh`",
+               "turns the scaled mesh about x, then y, then z of the fixed frame, before `at` is added; only with `mesh`", mesh);
+    mesh.repair =
+        section.flag({"repair", "whether defects of the mesh are mended, with a warning, or refused (see sim/README.md); only with `mesh`"},
+                     mesh.repair);
     std::optional<ShapeSpec> shape;
     section.mapping({"shape", "a solid in closed form", kAlternative}, [&](Section& inner) { shape = read_shape(inner); });
     section.require_one_alternative();
     if (shape) {
         section.require(!section.has("scale"), "scale", "goes with mesh only; allowed: the measures of the shape");
+        section.require(!section.has("at"), "at", "goes with mesh only; allowed: at of the shape");
+        section.require(!section.has("rotate"), "rotate", "goes with mesh only; allowed: rotate of the shape");
+        section.require(!section.has("repair"), "repair", "goes with mesh only; allowed: nothing, a shape needs none");
         return *std::move(shape);
     }
     mesh.file = resolve(folder / file);

@@ -5,16 +5,18 @@
 #include <vector>
 
 #include "planner/geometry.h"
+#include "sim/internal/pose.h"
 
 namespace palpate {
 
-// Everything that keeps the mesh from being the boundary of a solid, one phrase with a count and advice for each problem: degenerate
-// triangles, boundary edges, non-manifold edges and vertices, inconsistent orientation, self-intersections. Empty if it is one, up to
-// being inside out. Self-intersections are looked for only where the rest allows it.
-[[nodiscard]] std::vector<std::string> mesh_problems(const TriangleMesh& mesh);
+// What keeps the mesh from being the boundary of a solid, one phrase with counts and advice for each problem; empty if it is one, up to
+// being inside out.
 
-// Turns components of a mesh without problems so that they bound a solid: outermost components outwards, what is nested in them
-// alternately inwards and outwards. Returns a warning for every kind of change and for cavities, which no touch can find.
-[[nodiscard]] std::vector<std::string> orient_outward(TriangleMesh& mesh);
+// How triangles hang together: holes with the length and a place of the largest, in mm, `scale` to a unit of the mesh and placed by
+// `pose`; edges and vertices that are not manifold; one-sidedness.
+[[nodiscard]] std::vector<std::string> topology_problems(const TriangleMesh& mesh, double scale, const Pose& pose);
+
+// Where they are: degenerate triangles and self-intersections. Only for a mesh without the problems above.
+[[nodiscard]] std::vector<std::string> geometry_problems(const TriangleMesh& mesh);
 
 }  // namespace palpate

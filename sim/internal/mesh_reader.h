@@ -1,13 +1,14 @@
-// Mesh files to triangles, without judging whether they bound a solid.
+// Mesh files to faces, without judging whether they bound a solid.
 #pragma once
 
-#include "planner/geometry.h"
-#include "sim/object_spec.h"
+#include <filesystem>
+
+#include "sim/internal/polygon_soup.h"
 
 namespace palpate {
 
-// Scaled, equal points joined, points of no face dropped, polygons triangulated. Degenerate triangles stay. Throws ObjectError, naming
-// the file, if it is missing, empty, of an unknown format or cannot be parsed, or has coordinates that are not finite numbers.
-[[nodiscard]] TriangleMesh read_mesh(const MeshSpec& spec);
+// Reads OFF, OBJ, STL or PLY, by extension. Throws ObjectError, naming the file, if it is missing, empty, of an unknown format or holds no
+// faces; and where in it (line or byte) something else stands than was expected.
+[[nodiscard]] PolygonSoup read_mesh(const std::filesystem::path& file);
 
 }  // namespace palpate

@@ -7,20 +7,10 @@
 
 #include "sim/bounds.h"
 #include "sim/internal/line_trace.h"
+#include "sim/internal/pose.h"
 #include "sim/internal/primitive.h"
 
 namespace palpate {
-
-struct Pose {
-    Eigen::Matrix3d rotation = Eigen::Matrix3d::Identity();  // world from local
-    Vector translation = Vector::Zero();                     // mm
-
-    [[nodiscard]] Point to_local(const Point& p) const { return rotation.transpose() * (p - translation); }
-};
-
-// "About x, then y, then z of the fixed frame, before `at` is added" (sim/object_spec.h).
-[[nodiscard]] Pose make_pose(const Vector& rotate, const Point& at);
-[[nodiscard]] Pose operator*(const Pose& outer, const Pose& inner);
 
 struct PlacedPart {
     Primitive primitive;

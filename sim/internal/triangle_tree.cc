@@ -24,6 +24,22 @@ using Tree = CGAL::AABB_tree<CGAL::AABB_traits<Kernel, Primitive>>;
 Kernel::Point_3 to_cgal(const Point& p) { return {p.x(), p.y(), p.z()}; }
 Point from_cgal(const Kernel::Point_3& p) { return {p.x(), p.y(), p.z()}; }
 
+// Exact. Most triangles that a box lets through are settled by orientations, which CGAL filters without exceptions; where a corner or an
+// end is in the way exactly, its general test decides.
+bool do_meet(const Kernel::Segment_3& s, const Kernel::Triangle_3& t) {
+    const CGAL::Orientation source = CGAL::orientation(t[0], t[1], t[2], s.source());
+    const CGAL::Orientation target = CGAL::orientation(t[0], t[1], t[2], s.target());
+    if (source == target && source != CGAL::COPLANAR) return false;
+    if (source != CGAL::COPLANAR && target != CGAL::COPLANAR) {
+        // The line passes through the triangle if it has all edges on the same side, or meets them.
+        const auto side = [&](int i) { return CGAL::orientation(s.source(), s.target(), t[i], t[(i + 1) % 3]); };
+        const std::array<CGAL::Orientation, 3> sides{side(0), side(1), side(2)};
+        const auto has = [&](CGAL::Orientation o) { return std::ranges::find(sides, o) != sides.end(); };
+        return !(has(CGAL::POSITIVE) && has(CGAL::NEGATIVE));
+    }
+    return Kernel().do_intersect_3_object()(s, t);
+}
+
 // Parameter in [0, 1] along s, whose line meets the triangle's plane; nothing if the line is parallel to it.
 std::optional<double> exact_parameter(const Kernel::Segment_3& s, const Kernel::Triangle_3& t) {
     using Number = CGAL::Exact_rational;
@@ -73,7 +89,7 @@ public:
 
     void intersection(const Kernel::Segment_3& s, const Primitive& primitive) {
         const Kernel::Triangle_3& triangle = *primitive.id();
-        if (!Kernel().do_intersect_3_object()(s, triangle)) return;
+        if (!do_meet(s, triangle)) return;
         const auto t = parameter(s, triangle);
         if (!t) return;
         if (only_first_) {

@@ -55,7 +55,7 @@ TEST_F(Reader, FillsInDefaults) {
 
 TEST_F(Reader, ReadsEveryKeyOfASession) {
     const SessionConfig config = read(
-        "object: {mesh: sub/../part.off, scale: 2.5}\n"
+        "object: {mesh: sub/../part.off, scale: 2.5, at: [1, 2, 3], rotate: [90, 0, -180], repair: false}\n"
         "workspace: {box: {min: [-1, -2, -3], max: [1, 2, 3e0]}}\n"
         "probing:\n"
         "  epsilon: +0.05\n"
@@ -67,6 +67,9 @@ TEST_F(Reader, ReadsEveryKeyOfASession) {
     const auto& mesh = std::get<MeshSpec>(config.object.value());
     EXPECT_EQ(mesh.file, folder_.path() / "part.off");
     EXPECT_EQ(mesh.scale, 2.5);
+    EXPECT_EQ(mesh.at, Point(1, 2, 3));
+    EXPECT_EQ(mesh.rotate, Vector(std::numbers::pi / 2, 0, -std::numbers::pi));
+    EXPECT_FALSE(mesh.repair);
     EXPECT_EQ(std::get<Box>(config.workspace).min, Point(-1, -2, -3));
     EXPECT_EQ(std::get<Box>(config.workspace).max, Point(1, 2, 3));
     EXPECT_EQ(config.probing.epsilon, 0.05);
@@ -182,6 +185,12 @@ TEST_F(Reader, RefusesKeysThatExcludeEachOther) {
               "s.yaml:2: object: holds none of its alternatives; allowed: exactly one of mesh, shape");
     EXPECT_EQ(complaint(kProbing + "object:\n  shape: {sphere: {radius: 1}}\n  scale: 2\n"),
               "s.yaml:4: object.scale: goes with mesh only; allowed: the measures of the shape");
+    for (const auto& [key, allowed] : {std::pair{"at: [1, 2, 3]", "at of the shape"}, std::pair{"rotate: [1, 2, 3]", "rotate of the shape"},
+                                       std::pair{"repair: true", "nothing, a shape needs none"}}) {
+        const std::string name = std::string(key).substr(0, std::string(key).find(':'));
+        EXPECT_EQ(complaint(kProbing + "object:\n  shape: {sphere: {radius: 1}}\n  " + key + "\n"),
+                  "s.yaml:4: object." + name + ": goes with mesh only; allowed: " + allowed);
+    }
     EXPECT_EQ(shape_complaint("{sphere: {radius: 1}, genus2: {scale: 1}}"),
               "s.yaml:3: object.shape: holds sphere and genus2; allowed: exactly one of sphere, ellipsoid, torus, capsule, rounded_box, "
               "genus2, union");

@@ -43,8 +43,12 @@ TEST(RoundTrip, EveryAngleIsReachedAndRoundOnesStayRound) {
     for (int i = 0; i < 1000; ++i) {
         std::uniform_real_distribution<double> angle(1.0, 2.0);
         shape.rotate = {angle(random), -angle(random), angle(random) * 1e-300};
-        config.object = shape;
-        ASSERT_TRUE(test::identical(config, read_config(folder.write("config.yaml", write_config(config))))) << "seed " << seed;
+        MeshSpec mesh{"/part.off"};
+        mesh.rotate = shape.rotate;
+        for (const ObjectSpec& object : {ObjectSpec(shape), ObjectSpec(mesh)}) {
+            config.object = object;
+            ASSERT_TRUE(test::identical(config, read_config(folder.write("config.yaml", write_config(config))))) << "seed " << seed;
+        }
     }
     const std::string round = "rotate: [30, -360, 0.1]";
     const SessionConfig read =
@@ -57,7 +61,8 @@ TEST(Writer, SpellsOutEveryDefaultInAFixedOrder) {
     const SessionConfig config = read_config(folder.write("a.yaml", "probing: {epsilon: 0.25}\nobject: {mesh: part.off}\n"));
     EXPECT_EQ(write_config(config),
               "object:\n  mesh: \"" + (folder.path() / "part.off").string() +
-                  "\"\n  scale: 1\nworkspace: auto\nprobing:\n  epsilon: 0.25\n  reach: null\n"
+                  "\"\n  scale: 1\n  at: [0, 0, 0]\n  rotate: [0, 0, 0]\n  repair: true\nworkspace: auto\nprobing:\n  epsilon: 0.25\n  "
+                  "reach: null\n"
                   "  strategy: {refine: eager, explore: closure, infer: reach, travel: free_space}\n  standoff: null\n  audit: 0.02\n"
                   "  seed_rays: []\n  refinement_floor: 0.125\n  sizing:\n    regions: []\n    radii_of_curvature: 0\n    smallest: null\n"
                   "  min_angle: 0\n  budget: {probes: null, displacement: null, machine_time: null}\nrandom_seed: 1\n");
@@ -69,7 +74,7 @@ TEST(Writer, RefusesWhatYamlCannotHold) {
     EXPECT_THROW((void)write_config(config), std::invalid_argument);
     config.probing.epsilon = 1.0;
     for (const char* name : {"/latin-1-\xE9.off", "/cut-\xC3", "/alone-\x80", "/overlong-\xC0\xAF"}) {
-        config.object = MeshSpec{name, 1.0};
+        config.object = MeshSpec{name};
         EXPECT_THROW((void)write_config(config), std::invalid_argument) << name;
     }
 }

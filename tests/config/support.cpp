@@ -167,7 +167,7 @@ public:
     }
     void add(const MeshSpec& s) {
         words_.push_back(s.file.string());
-        add(s.scale);
+        add_all(s.scale, s.at, s.rotate, std::uint64_t{s.repair});
     }
     void add(const AutoWorkspace&) {}
     void add(const Ball& b) { add_all(b.center, b.radius); }
@@ -289,7 +289,8 @@ SessionConfig random_config(std::mt19937_64& random) {
         case 0:
             break;
         case 1:
-            config.object = MeshSpec{"/no such folder/a \"quoted\" \\ name: {é} #" + std::to_string(random()) + "\t.off", positive(random)};
+            config.object = MeshSpec{"/no such folder/a \"quoted\" \\ name: {é} #" + std::to_string(random()) + "\t.off", positive(random),
+                                     any_vector(random), Vector(any_angle(random), any_angle(random), any_angle(random)), flip(random)};
             break;
         default:
             config.object = random_shape(random, 3);

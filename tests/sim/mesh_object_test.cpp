@@ -1,13 +1,17 @@
 #include "sim/mesh_object.h"
 
 #include <gtest/gtest.h>
+#include <sys/resource.h>
+#include <sys/stat.h>
 
-#include <cstring>
-#include <filesystem>
+#include <algorithm>
+#include <chrono>
+#include <cmath>
 #include <limits>
+#include <numbers>
 #include <sstream>
 
-#include "sim/errors.h"
+#include "tests/sim/mesh_files.h"
 #include "tests/sim/support.h"
 
 namespace palpate {
@@ -15,74 +19,12 @@ namespace {
 
 constexpr std::uint64_t kSeed = 424242;
 
-class MeshFiles : public testing::Test {
-protected:
-    MeshFiles() {
-        const auto* info = testing::UnitTest::GetInstance()->current_test_info();
-        folder_ = std::filesystem::path(testing::TempDir()) / (std::string("palpate_") + info->test_suite_name() + "_" + info->name());
-        std::filesystem::create_directories(folder_);
-    }
-    ~MeshFiles() override { std::filesystem::remove_all(folder_); }
-
-    [[nodiscard]] std::filesystem::path write(const std::string& name, const std::string& text) const {
-        std::ofstream(folder_ / name, std::ios::binary) << text;
-        return folder_ / name;
-    }
-    [[nodiscard]] std::filesystem::path write_off(const std::string& name, const TriangleMesh& mesh) const {
-        return write(name, off(mesh));
-    }
-
-    static std::string off(const TriangleMesh& mesh) {
-        std::ostringstream text;
-        text.precision(17);
-        text << "OFF\n" << mesh.points.size() << " " << mesh.triangles.size() << " 0\n";
-        for (const Point& p : mesh.points) text << p.transpose() << "\n";
-        for (const auto& [a, b, c] : mesh.triangles) text << "3 " << a << " " << b << " " << c << "\n";
-        return text.str();
-    }
-
-    static std::string message_of(const MeshSpec& spec) {
-        try {
-            const MeshObject object(spec);
-        } catch (const ObjectError& error) {
-            return error.what();
-        }
-        return "";
-    }
-
-    std::filesystem::path folder_;
-};
-
-TriangleMesh turned(TriangleMesh mesh) {
-    for (auto& t : mesh.triangles) std::swap(t[1], t[2]);
-    return mesh;
-}
-
-TriangleMesh moved(TriangleMesh mesh, const Vector& by) {
-    for (Point& p : mesh.points) p += by;
-    return mesh;
-}
-
-TriangleMesh joined(TriangleMesh a, const TriangleMesh& b) {
-    const auto shift = static_cast<std::uint32_t>(a.points.size());
-    a.points.insert(a.points.end(), b.points.begin(), b.points.end());
-    for (const auto& [i, j, k] : b.triangles) a.triangles.push_back({i + shift, j + shift, k + shift});
-    return a;
-}
-
-// A tetrahedron with a right corner at the origin and legs of 1 mm.
-TriangleMesh tetrahedron() { return {{{0, 0, 0}, {1, 0, 0}, {0, 1, 0}, {0, 0, 1}}, {{{0, 2, 1}}, {{0, 1, 3}}, {{1, 2, 3}}, {{2, 0, 3}}}}; }
-
 // Exactly representable in single precision, so that all formats hold the same solid.
 TriangleMesh single_precision(TriangleMesh mesh) {
     for (Point& p : mesh.points) {
         for (double& x : p) x = static_cast<double>(static_cast<float>(x));
     }
     return mesh;
-}
-
-void expect_contains(const std::string& text, const std::string& part) {
-    EXPECT_NE(text.find(part), std::string::npos) << "in: " << text << "\nno: " << part;
 }
 
 TEST_F(MeshFiles, AllFormatsLoadToTheSameSolid) {
@@ -138,7 +80,7 @@ TEST_F(MeshFiles, PolygonsAreTriangulatedAndScaled) {
     const auto cube = write("cube.obj",
                             "v 0 0 0\nv 1 0 0\nv 1 1 0\nv 0 1 0\nv 0 0 1\nv 1 0 1\nv 1 1 1\nv 0 1 1\n"
                             "f 4 3 2 1\nf 5 6 7 8\nf 1 2 6 5\nf 2 3 7 6\nf 3 4 8 7\nf 4 1 5 8\n");
-    const MeshObject object({cube, 3.0});
+    const MeshObject object({.file = cube, .scale = 3.0});
     EXPECT_EQ(object.mesh().triangles.size(), 12U);
     EXPECT_DOUBLE_EQ(object.area(), 54.0);
     EXPECT_EQ(object.bounds().max, Point::Constant(3.0));
@@ -154,16 +96,40 @@ TEST_F(MeshFiles, PolygonsAreTriangulatedAndScaled) {
 
 TEST_F(MeshFiles, RefusesFilesThatCannotBeRead) {
     expect_contains(message_of({folder_ / "nothing.off"}), "no such file");
+    std::filesystem::create_directory(folder_ / "folder.off");
+    expect_contains(message_of({folder_ / "folder.off"}), "folder.off: is a folder");
+    ASSERT_EQ(mkfifo((folder_ / "pipe.off").c_str(), 0600), 0);
+    expect_contains(message_of({folder_ / "pipe.off"}), "pipe.off: is no file but a pipe");
     expect_contains(message_of({write("empty.off", "")}), "file is empty");
     expect_contains(message_of({write("mesh.xyz", "1 2 3\n")}), "unknown mesh format");
-    expect_contains(message_of({write("text.ply", "this is not a ply file\n")}), "cannot be read as ply");
-    expect_contains(message_of({write("cut.off", off(tetrahedron()).substr(0, 40))}), "cut.off: ");
-    expect_contains(message_of({write("points.off", "OFF\n1 0 0\n0 0 0\n")}), "points.off: ");
-    expect_contains(message_of({write("huge.off", "OFF\n999999999 999999999 0\n0 0 0\n")}), "more points or faces than the file can hold");
-    expect_contains(message_of({write("range.off", "OFF\n3 1 0\n0 0 0\n1 0 0\n0 1 0\n3 0 1 7\n")}), "range.off: ");
+    expect_contains(message_of({write("text.ply", "this is not a ply file\n")}), "text.ply: line 1: 'this' where 'ply' was expected");
+    expect_contains(message_of({write("cut.off", off(tetrahedron()).substr(0, 25))}),
+                    "cut.off: line 5: the file ends where a coordinate was expected");
+    expect_contains(message_of({write("points.off", "OFF\n1 0 0\n0 0 0\n")}), "points.off: holds no faces");
+    expect_contains(message_of({write("huge.off", "OFF\n999999999 999999999 0\n0 0 0\n")}),
+                    "huge.off: line 4: the file ends where a coordinate was expected");
+    expect_contains(message_of({write("range.off", "OFF\n3 1 0\n0 0 0\n1 0 0\n0 1 0\n3 0 1 7\n")}),
+                    "range.off: line 6: a face names point 7, but there are 3, counted from 0");
     expect_contains(message_of({write_off("t.off", tetrahedron()), 0.0}), "scale must be a positive number");
     expect_contains(message_of({write_off("t.off", tetrahedron()), std::numeric_limits<double>::quiet_NaN()}), "scale");
 }
+
+#if !defined(__SANITIZE_ADDRESS__) && !defined(__SANITIZE_THREAD__)  // these end the process instead
+TEST_F(MeshFiles, RefusesFilesLargerThanMemory) {
+    const auto file = write("large.off", "OFF\n");
+    std::error_code error;
+    std::filesystem::resize_file(file, std::uintmax_t{1} << 40U, error);
+    if (error) GTEST_SKIP() << error.message();
+    rlimit before{};
+    ASSERT_EQ(getrlimit(RLIMIT_AS, &before), 0);
+    rlimit few = before;
+    few.rlim_cur = std::min(before.rlim_cur, rlim_t{1} << 36U);
+    ASSERT_EQ(setrlimit(RLIMIT_AS, &few), 0);
+    const std::string message = message_of({file});
+    ASSERT_EQ(setrlimit(RLIMIT_AS, &before), 0);
+    expect_contains(message, "large.off: is too large for the memory of this computer");
+}
+#endif
 
 TEST_F(MeshFiles, RefusesNumbersThatAreNotFinite) {
     std::string binary =
@@ -179,23 +145,15 @@ TEST_F(MeshFiles, RefusesNumbersThatAreNotFinite) {
         put(std::uint8_t{3});
         for (auto i : t) put(i);
     }
-    expect_contains(message_of({write("infinite.ply", binary)}), "1 points have coordinates that are not finite");
+    expect_contains(message_of({write("infinite.ply", binary)}), "infinite.ply: byte 228: inf where a coordinate was expected");
 }
 
 TEST_F(MeshFiles, RefusesWhatBoundsNoSolidWithCounts) {
-    TriangleMesh open = tetrahedron();
+    TriangleMesh open = moved(tetrahedron(), {5, 0, 0});
     open.triangles.pop_back();
-    expect_contains(message_of({write_off("open.off", open)}), "open.off: not the surface of a solid: not closed: 3 boundary edges");
-
-    TriangleMesh twisted = tetrahedron();
-    std::swap(twisted.triangles[0][0], twisted.triangles[0][1]);
-    expect_contains(message_of({write_off("twisted.off", twisted)}), "inconsistent orientation across 3 edges");
-
-    TriangleMesh flat = tetrahedron();  // its edge 0-1 gets a point in the middle on one side only
-    flat.points.emplace_back(0.5, 0, 0);
-    flat.triangles.erase(flat.triangles.begin());
-    flat.triangles.insert(flat.triangles.end(), {{0, 2, 4}, {4, 2, 1}, {0, 4, 1}});
-    expect_contains(message_of({write_off("flat.off", flat)}), "1 degenerate triangle ");
+    expect_contains(message_of({write_off("open.off", open)}),
+                    "open.off: not the surface of a solid: not closed: 3 boundary edges around 1 hole; its boundary is 3.41 mm long and "
+                    "passes through (5, 0, 0) mm");
 
     // Two tetrahedra with a common edge, a common vertex, and through one another.
     TriangleMesh mirrored = tetrahedron();
@@ -208,6 +166,11 @@ TEST_F(MeshFiles, RefusesWhatBoundsNoSolidWithCounts) {
     const std::string crossing = message_of({write_off("crossing.off", joined(tetrahedron(), moved(tetrahedron(), {0.2, 0.15, 0.1})))});
     expect_contains(crossing, "self-intersecting: ");
     expect_contains(crossing, " pairs of triangles");
+
+    // The projective plane of six points.
+    TriangleMesh plane{{{0, 0, 0}, {1, 0, 0}, {0, 1, 0}, {0, 0, 1}, {1, 1, 0}, {0, 1, 1}},
+                       {{0, 1, 2}, {0, 2, 3}, {0, 3, 4}, {0, 4, 5}, {0, 5, 1}, {1, 2, 4}, {2, 4, 5}, {2, 3, 5}, {1, 3, 5}, {1, 3, 4}}};
+    expect_contains(message_of({write_off("plane.off", plane)}), "one-sided: no orientation agrees across ");
 }
 
 TEST_F(MeshFiles, ReportsSeveralProblemsTogether) {
@@ -215,29 +178,73 @@ TEST_F(MeshFiles, ReportsSeveralProblemsTogether) {
     open.triangles.pop_back();
     TriangleMesh mirrored = tetrahedron();
     for (Point& p : mirrored.points) p.head<2>() *= -1.0;
-    std::swap(mirrored.triangles[2][0], mirrored.triangles[2][1]);
-    const std::string message = message_of({write_off("bad.off", joined(moved(open, {5, 0, 0}), joined(tetrahedron(), mirrored)))});
-    expect_contains(message, "3 boundary edges");
+    const TriangleMesh pair = joined(tetrahedron(), mirrored);
+    const std::string message = message_of({write_off("bad.off", joined(joined(moved(open, {5, 0, 0}), moved(open, {7, 0, 0})), pair))});
+    expect_contains(message, "6 boundary edges around 2 holes; the boundary of the largest is 3.41 mm long");
     expect_contains(message, "1 non-manifold edge");
-    expect_contains(message, "inconsistent orientation across 3 edges");
 }
 
 TEST_F(MeshFiles, InsideOutIsRepairedWithAWarning) {
     const TriangleMesh ball = sphere_mesh(1.0, 2);
     const MeshObject whole({write_off("whole.off", turned(ball))});
     ASSERT_EQ(whole.warnings().size(), 1U);
-    expect_contains(whole.warnings().front(), "whole.off: was inside out");
+    expect_contains(whole.warnings().front(), "whole.off: 1 component was inside out and has been turned");
     const auto& t = whole.mesh().triangles.front();
     const Point& a = whole.mesh().points[t[0]];
     EXPECT_GT((whole.mesh().points[t[1]] - a).cross(whole.mesh().points[t[2]] - a).dot(a), 0.0);
 
     const MeshObject one({write_off("one.off", joined(ball, moved(turned(ball), {3, 0, 0})))});
     ASSERT_EQ(one.warnings().size(), 1U);
-    expect_contains(one.warnings().front(), "1 of 2 components");
+    expect_contains(one.warnings().front(), "1 of 2 components was inside out");
     EXPECT_TRUE(one.contains({3, 0, 0}));
     EXPECT_FALSE(one.contains({1.5, 0, 0}));
     EXPECT_EQ(one.components(), 2);
     EXPECT_EQ(one.euler_characteristic(), 4);
+}
+
+TEST_F(MeshFiles, SidesOfSmallComponentsDoNotDependOnWhatIsBesideThem) {
+    const auto cube = [](double size, const Point& at) {
+        TriangleMesh mesh{{},
+                          {{0, 2, 1},
+                           {1, 2, 3},
+                           {4, 5, 6},
+                           {5, 7, 6},
+                           {0, 1, 4},
+                           {1, 5, 4},
+                           {2, 6, 3},
+                           {3, 6, 7},
+                           {0, 4, 2},
+                           {2, 4, 6},
+                           {1, 3, 5},
+                           {3, 7, 5}}};
+        for (int i = 0; i < 8; ++i) mesh.points.push_back(at + size * Vector(i & 1, i >> 1 & 1, i >> 2));
+        return mesh;
+    };
+    const TriangleMesh large = cube(1.0, Point::Zero());
+    for (const Point& at : {Point(3, 0.3, 0.7), Point(1.1, 2.3, 0.1), Point(-5.7, 0.9, -3.3), Point(0.3, 0.4, 7.1)}) {
+        const TriangleMesh small = cube(1e-6, at);
+        const MeshObject outward({write_off("outward.off", joined(large, small))});
+        EXPECT_TRUE(outward.warnings().empty());
+        EXPECT_TRUE(outward.contains(at + Point::Constant(5e-7)));
+        const MeshObject inward({write_off("inward.off", joined(large, turned(small)))});
+        ASSERT_EQ(inward.warnings().size(), 1U);
+        expect_contains(inward.warnings().front(), "1 of 2 components was inside out");
+        const auto& t = inward.mesh().triangles.back();
+        EXPECT_EQ(t, outward.mesh().triangles.back());
+    }
+}
+
+TEST_F(MeshFiles, IntersectionsAreCountedUpToALimit) {
+    constexpr std::uint32_t kRim = 1000;
+    TriangleMesh fan{{{0, 0, 1}, {0, 0, -1}}, {}};
+    for (std::uint32_t i = 0; i < kRim; ++i) {
+        const double angle = 2.0 * std::numbers::pi * i / kRim;
+        fan.points.emplace_back(std::cos(angle), std::sin(angle), 0.0);
+        fan.triangles.push_back({0, 2 + i, 2 + (i + 1) % kRim});
+        fan.triangles.push_back({1, 2 + (i + 1) % kRim, 2 + i});
+    }
+    expect_contains(message_of({write_off("crossing.off", joined(fan, moved(fan, {0.01, 0.02, 0.03})))}),
+                    "self-intersecting: more than 1000 pairs of triangles");
 }
 
 TEST_F(MeshFiles, CavitiesStayCavitiesAndAreWarnedOf) {

@@ -140,6 +140,33 @@ TEST_F(CommandLine, MistakesAreSaidOnce) {
     EXPECT_THAT(missed.err, HasSubstr("missing.yaml"));
 }
 
+TEST_F(CommandLine, MeshesAreMendedWithAWarningOrRefused) {
+    const auto check = [&](const std::string& mesh, const std::string& more = "") {
+        write("mesh.yaml", "object: {mesh: " + mesh + more + "}\nprobing: {epsilon: 5}\n");
+        return palpate("check mesh.yaml");
+    };
+    const std::string cases = std::string(PALPATE_TEST_DATA) + "/cases/";
+    const Outcome whole = check(cases + "asc_name_facet.stl");
+    EXPECT_EQ(whole.exit_code, 0);
+    EXPECT_EQ(whole.err, "");
+    const Outcome mended = check(cases + "one_face_flipped.off", ", rotate: [0, 0, 90], at: [20, 0, 1]");
+    EXPECT_EQ(mended.exit_code, 0);
+    EXPECT_THAT(mended.err, HasSubstr("warning: " + cases + "one_face_flipped.off: 2 triangles that faced the other way"));
+    EXPECT_THAT(mended.out, HasSubstr("(0, 0, 1) mm to (20, 20, 21) mm, 1 component(s), Euler characteristic 2"));
+    const Outcome forbidden = check(cases + "one_face_flipped.off", ", repair: false");
+    EXPECT_EQ(forbidden.exit_code, 2);
+    EXPECT_THAT(forbidden.err, HasSubstr("needs repair, which object.repair forbids: 2 triangles that faced the other way"));
+
+    write("open.off", "OFF\n4 3 0\n0 0 0\n3 0 0\n0 4 0\n0 0 5\n3 0 1 3\n3 1 2 3\n3 2 0 3\n");
+    const Outcome open = check("open.off");
+    EXPECT_EQ(open.exit_code, 2);
+    EXPECT_THAT(open.err, HasSubstr("3 boundary edges around 1 hole; its boundary is 12 mm long and passes through (0, 0, 0) mm"));
+    write("word.off", "OFF\n4 4 0\n0 0 0\n3 0 abc\n");
+    const Outcome word = check("word.off");
+    EXPECT_EQ(word.exit_code, 2);
+    EXPECT_THAT(word.err, HasSubstr("word.off: line 4: 'abc' where a coordinate was expected"));
+}
+
 TEST_F(CommandLine, AnObjectThatNoSeedTouchesSaysWhatToGive) {
     write("far.yaml",
           "object: {shape: {sphere: {radius: 0.001}, at: [5, 5, 5]}}\nworkspace: {ball: {center: [0, 0, 0], radius: 10}}\nprobing: "
