@@ -29,6 +29,7 @@ void DeviceOracle::travel(std::span<const Point> path, Ground ground) {
 
 MoveResult DeviceOracle::move(const Point& target, Pace pace) {
     ++moves_;
+    range_ = std::max(range_, (target - first_).norm());
     return device_.guarded_move(target, pace);
 }
 
@@ -37,20 +38,20 @@ void DeviceOracle::travel_to(const Point& target, Pace pace) {
     const MoveResult result = move_past_sparks(device_, target, pace);
     if (result.outcome == Outcome::reached) return;
     const Point& touched = result.position;
-    if (touch_error_ > 0) {
-        const bool is_there = (touched - target).norm() <= kGraze * touch_error_;
-        if (is_there ? stop_short(touched, target, pace) : pass_beside(touched, target, pace)) {
-            ++grazes_;
-            return;
-        }
+    const bool is_there = (touched - target).norm() <= graze();
+    if (is_there ? stop_short(touched, target, pace) : pass_beside(touched, target, pace)) {
+        ++grazes_;
+        return;
     }
     position_ = device_.position();
     throw UnexpectedContact(touched, "travel", moves_);
 }
 
+double DeviceOracle::graze() const { return kGraze * std::max(touch_error_, kRounding * range_); }
+
 bool DeviceOracle::stop_short(const Point& touched, const Point& target, Pace pace) {
     const Vector back = device_.position() - target;
-    const Point before = touched + kGraze * touch_error_ * back.normalized();
+    const Point before = touched + graze() * back.normalized();
     if (back.norm() <= (before - target).norm()) return true;  // the device rests nearer already
     return move(before, pace).outcome == Outcome::reached;
 }
@@ -62,9 +63,12 @@ bool DeviceOracle::pass_beside(const Point& touched, const Point& target, Pace p
     for (const double share : {kFirstOffset, 1.0}) {
         for (int k = 0; k < kDirections; ++k) {
             const double angle = 2 * std::numbers::pi * k / kDirections;
-            const Point beside = touched + share * kGraze * touch_error_ * (std::cos(angle) * x + std::sin(angle) * y);
-            if (move(beside, Pace::probe).outcome != Outcome::reached) continue;
+            const Vector aside = share * graze() * (std::cos(angle) * x + std::sin(angle) * y);
+            if (move(touched + aside, Pace::probe).outcome != Outcome::reached) continue;
             if (move(target, pace).outcome == Outcome::reached) return true;
+            // S may graze all of the way, as a planar face does: then there is one beside it, as near to the target.
+            if (move(touched + aside, Pace::probe).outcome != Outcome::reached) continue;
+            if (move(target + aside, pace).outcome == Outcome::reached) return true;
         }
     }
     return false;

@@ -19,10 +19,10 @@ namespace palpate {
 // pass so is a contradiction.
 class DeviceOracle final : public SurfaceOracle {
 public:
-    // `device` must outlive the oracle. `touch_error` (mm): touches may lie beside S by that; 0 for a device that is exact.
+    // `device` must outlive the oracle. `touch_error` (mm): touches may lie beside S by that; 0 for a device that is exact to rounding.
     // `proof`: has the probe pressed by hand, and says whether that was seen; empty: nobody can be asked.
     explicit DeviceOracle(ProbeDevice& device, double touch_error = 0.0, std::function<bool()> proof = {})
-        : device_(device), touch_error_(touch_error), proof_(std::move(proof)), position_(device.position()) {}
+        : device_(device), touch_error_(touch_error), proof_(std::move(proof)), position_(device.position()), first_(position_) {}
 
     [[nodiscard]] Point position() const override { return position_; }
     // Throws UnexpectedContact if S is in the way, and DeviceError on a fault.
@@ -36,10 +36,15 @@ public:
 
     // Of the touch error: how near to a place counts as there, and how far beside a way counts as on it.
     static constexpr double kGraze = 10.0;
+    // Of the tool's whole range so far: ways along planar faces, which many samples in one plane make, are as far from where exact
+    // arithmetic would have them. Met: 2e-8.
+    static constexpr double kRounding = 1e-8;
 
 private:
     MoveResult move(const Point& target, Pace pace);
     void travel_to(const Point& target, Pace pace);
+    // mm: how near is there, and beside is on the way.
+    [[nodiscard]] double graze() const;
     // To a place just before `touched`, which is `target` as far as touches can tell. False if S is there, too.
     [[nodiscard]] bool stop_short(const Point& touched, const Point& target, Pace pace);
     // Past `touched`, which is on the straight way to `target`: beside it. False if S is there, too.
@@ -49,6 +54,8 @@ private:
     const double touch_error_;
     const std::function<bool()> proof_;
     Point position_;  // where the planner has the tool
+    const Point first_;
+    double range_ = 0.0;  // mm: farthest that the tool was asked to go from there
     std::uint64_t grazes_ = 0;
     std::size_t moves_ = 0;  // since travel to a place began
 };

@@ -18,11 +18,12 @@ std::string text(const Parts&... parts) {
 Premise manifold_premise(const Topology& t, const Evidence& evidence) {
     Premise premise{"I1: closed oriented manifold", State::checked,
                     text(t.facets, " facets, Euler characteristic ", t.euler_characteristic)};
-    if (evidence.open_edges > 0 || !t.is_closed_oriented_manifold()) {
+    if (evidence.open_edges > 0 || evidence.given_up > 0 || !t.is_closed_oriented_manifold()) {
         premise.state = State::refuted;
-        premise.detail = text(t.boundary_edges, " boundary, ", t.nonmanifold_edges, " non-manifold, ", t.inconsistent_edges,
-                              " inconsistently oriented edges, ", t.split_vertices, " split vertices, ", t.inward_components,
-                              " inside-out components, ", evidence.open_edges, " unexplored edges");
+        premise.detail =
+            text(t.boundary_edges, " boundary, ", t.nonmanifold_edges, " non-manifold, ", t.inconsistent_edges,
+                 " inconsistently oriented edges, ", t.split_vertices, " split vertices, ", t.inward_components, " inside-out components, ",
+                 evidence.open_edges, " unexplored edges, ", evidence.given_up, " places given up");
     }
     return premise;
 }
@@ -33,6 +34,9 @@ Premise component_premise(const Evidence& evidence) {
         premise.state = State::refuted;
         premise.detail =
             text(evidence.unrepresented_touches, " samples belong to no facet, although all that can be reached around them was probed");
+    } else if (evidence.torn_components > 0) {
+        premise.state = State::refuted;
+        premise.detail = text(evidence.torn_components, " pairs of components of the mesh are near each other and may be one");
     } else if (evidence.seeds_given) {
         premise.detail = text("by the user: seed rays reach every component; the mesh has ", evidence.components);
     } else {
@@ -96,6 +100,19 @@ Premise facet_premise(const Evidence& evidence) {
             text(evidence.bad_facets, " facets do not fulfil them, away from seed facets")};
 }
 
+// Of O itself, not of Ŝ: what S was seen to do between samples.
+Premise thickness_premise(const Evidence& evidence) {
+    const std::string name = "no wall thinner than samples show";
+    if (evidence.unresolved_places > 0) {
+        return {name, State::refuted, text("at ", evidence.unresolved_places, " places; the mesh does not have O's topology there")};
+    }
+    if (evidence.minor_places > 0) {
+        return {name, State::refuted,
+                text("at ", evidence.minor_places, " places the mesh leaves out a sharp edge or a wall, less than epsilon of it")};
+    }
+    return {name, State::checked, "S meets no dual edge of a facet twice, as far as it was probed"};
+}
+
 bool holds(const Premise& premise) { return premise.state == State::checked || premise.state == State::assumed; }
 
 }  // namespace
@@ -112,6 +129,8 @@ Certificate certify(const Options& options, const Topology& topology, const Evid
                             reach,
                             {"the workspace contains the object", State::assumed, "by the user"},
                             touch_premise(options, evidence)};
+    const Premise thickness = thickness_premise(evidence);
+    if (!holds(thickness)) certificate.premises.push_back(thickness);
     if (evidence.reach) certificate.premises.push_back(inference_premise(options, *evidence.reach));
     const bool guesses = evidence.reach && evidence.reach->inferred > 0 && !holds(certificate.premises.back());
     if (evidence.has_facet_criteria) certificate.premises.push_back(facet_premise(evidence));
@@ -123,7 +142,7 @@ Certificate certify(const Options& options, const Topology& topology, const Evid
             "Nothing is guaranteed: the run used up its budget of " + evidence.stopped_by + ". The mesh is what it knew then.";
         return certificate;
     }
-    if (!shaped || !holds(manifold) || !holds(components) || !holds(balls)) {
+    if (!shaped || !holds(manifold) || !holds(components) || !holds(balls) || evidence.unresolved_places > 0) {
         certificate.status = Certificate::Status::incomplete;
         certificate.statement = "Nothing is guaranteed: the run could not establish all that it has to establish.";
     } else if (reach.state == State::refuted) {
@@ -135,11 +154,15 @@ Certificate certify(const Options& options, const Topology& topology, const Evid
             evidence.reach->is_local ? "its inferred facets rest on smaller local bounds, which do not guarantee the object's topology."
             : enough                 ? "it is isotopic to the object's surface if the lowered bound holds, which no touch contradicts."
                                      : "the lowered bound is too small for this epsilon to guarantee that it has the object's topology.");
-    } else if (!holds(reach)) {
+    } else if (!holds(reach) || evidence.minor_places > 0) {
         certificate.status = Certificate::Status::conditional;
-        certificate.statement =
+        certificate.statement = text(
             "The mesh is a closed oriented manifold whose surface Delaunay balls are at most epsilon; that it has the "
-            "object's topology is not guaranteed, because the premise on the reach is missing.";
+            "object's topology is not guaranteed, because ",
+            holds(reach) ? "the object has sharp edges or walls that no reach allows" : "the premise on the reach is missing",
+            ": gaps, holes and walls that are narrower than about epsilon may be missing, too.");
+        if (evidence.minor_places > 0)
+            certificate.statement += text(" At ", evidence.minor_places, " named places it ends before a sharp edge or a thin wall does.");
         if (guesses) certificate.statement += " Some of its facets are inferred by a heuristic.";
     } else {
         certificate.status = Certificate::Status::certified;

@@ -60,6 +60,10 @@ struct Evidence {
     double max_ball_radius = 0.0;           // mm
     std::size_t components = 0;             // of Ŝ
     std::size_t unrepresented_touches = 0;  // samples that no facet of Ŝ uses although all around them was explored
+    std::size_t unresolved_places = 0;      // where that is so, or S crosses dual edges twice: O is thinner than samples show
+    std::size_t minor_places = 0;           // the same, where Ŝ has O's topology without them
+    std::size_t torn_components = 0;        // pairs of components of Ŝ that may be one
+    std::size_t given_up = 0;               // places where work led to nothing
     std::size_t open_edges = 0;             // of Ŝ, left unexplored
     bool has_facet_criteria = false;        // sizing or angles were asked for, ...
     std::size_t bad_facets = 0;             // ... and so many facets do not fulfil them

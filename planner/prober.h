@@ -19,7 +19,8 @@ struct Result {
     std::vector<double> ball_radii;  // mm, by triangle: of its smallest surface Delaunay ball
     Topology topology;               // of the mesh
     Certificate certificate;
-    std::vector<BadPlace> bad_places;  // empty unless the certificate is incomplete
+    std::vector<BadPlace> bad_places;   // empty unless the certificate is incomplete
+    std::vector<BadPlace> thin_places;  // walls and sharp edges that the mesh leaves out, without harm to its topology
     Account account;
     std::vector<Touch> touches;    // every contact, in order
     std::size_t samples = 0;       // |E|, whether a facet uses them or not

@@ -2,8 +2,9 @@
 
 #include <Eigen/Geometry>
 #include <algorithm>
-#include <numeric>
 #include <span>
+
+#include "planner/union_find.h"
 
 namespace palpate {
 namespace {
@@ -15,20 +16,6 @@ struct HalfEdge {
     bool ascending = false;
 
     [[nodiscard]] bool same_edge(const HalfEdge& other) const { return low == other.low && high == other.high; }
-};
-
-class DisjointSets {
-public:
-    explicit DisjointSets(std::size_t size) : parent_(size) { std::iota(parent_.begin(), parent_.end(), 0U); }
-
-    std::uint32_t find(std::uint32_t x) {
-        while (parent_[x] != x) x = parent_[x] = parent_[parent_[x]];
-        return x;
-    }
-    void join(std::uint32_t x, std::uint32_t y) { parent_[find(x)] = find(y); }
-
-private:
-    std::vector<std::uint32_t> parent_;
 };
 
 std::vector<HalfEdge> sorted_half_edges(const TriangleMesh& mesh) {
@@ -69,7 +56,7 @@ void find_split_vertices(const TriangleMesh& mesh, const std::vector<HalfEdge>& 
         const auto& t = mesh.triangles[facet];
         return 3 * facet + static_cast<std::uint32_t>(std::find(t.begin(), t.end(), vertex) - t.begin());
     };
-    DisjointSets corners(3 * mesh.triangles.size());
+    UnionFind corners(3 * mesh.triangles.size());
     for (std::size_t k = 1; k < half_edges.size(); ++k) {
         const HalfEdge& a = half_edges[k - 1];
         const HalfEdge& b = half_edges[k];
@@ -79,7 +66,7 @@ void find_split_vertices(const TriangleMesh& mesh, const std::vector<HalfEdge>& 
     }
     std::vector<std::uint32_t> umbrellas(mesh.points.size());
     for (std::uint32_t c = 0; c < 3 * mesh.triangles.size(); ++c) {
-        if (corners.find(c) == c) ++umbrellas[mesh.triangles[c / 3][c % 3]];
+        if (corners.root(c) == c) ++umbrellas[mesh.triangles[c / 3][c % 3]];
     }
     std::vector<std::uint32_t> defect_of(mesh.points.size());
     for (std::uint32_t v = 0; v < umbrellas.size(); ++v) {
@@ -97,7 +84,7 @@ void find_split_vertices(const TriangleMesh& mesh, const std::vector<HalfEdge>& 
 }
 
 void count_components(const TriangleMesh& mesh, Topology& topology) {
-    DisjointSets vertices(mesh.points.size());
+    UnionFind vertices(mesh.points.size());
     std::vector<bool> used(mesh.points.size());
     for (const auto& t : mesh.triangles) {
         vertices.join(t[0], t[1]);
@@ -107,14 +94,14 @@ void count_components(const TriangleMesh& mesh, Topology& topology) {
     std::vector<double> volume(mesh.points.size());
     for (const auto& t : mesh.triangles) {
         // Relative to a point of the component, so that a component far from the origin loses no digits.
-        const std::uint32_t root = vertices.find(t[0]);
+        const std::size_t root = vertices.root(t[0]);
         const Point& o = mesh.points[root];
         volume[root] += (mesh.points[t[0]] - o).dot((mesh.points[t[1]] - o).cross(mesh.points[t[2]] - o)) / 6;
     }
     for (std::uint32_t v = 0; v < mesh.points.size(); ++v) {
         if (!used[v]) continue;
         ++topology.vertices;
-        if (vertices.find(v) != v) continue;
+        if (vertices.root(v) != v) continue;
         ++topology.components;
         if (volume[v] <= 0) ++topology.inward_components;
     }

@@ -1,6 +1,7 @@
 #include "tools/results.h"
 
 #include <ostream>
+#include <sstream>
 
 #include "planner/number_text.h"
 #include "tools/picture.h"
@@ -22,6 +23,23 @@ PictureOptions picture_options(char up) {
     return options;
 }
 
+void list_places(std::ostream& out, const char* kind, const std::vector<BadPlace>& places) {
+    constexpr std::size_t kShown = 10;
+    for (std::size_t k = 0; k < places.size() && k < kShown; ++k) {
+        out << "  " << kind << "    " << places[k].what << " at " << point_text(places[k].position) << ": needs an epsilon below "
+            << places[k].epsilon_needed << " mm\n";
+    }
+    if (places.size() > kShown) out << "  and " << places.size() - kShown << " more " << kind << "s, see summary.json\n";
+}
+
+// "12 (1.5 x the bound)"; without a mesh there is no bound.
+std::string per_bound(double amount, double bound, const std::string& of_what) {
+    if (!(bound > 0)) return "";
+    std::ostringstream out;
+    out << " (" << amount / bound << " x the " << of_what << ")";
+    return out.str();
+}
+
 }  // namespace
 
 void write_results(const std::filesystem::path& folder, const Result& result, const std::string& summary, char up) {
@@ -38,12 +56,12 @@ void write_results(const std::filesystem::path& folder, const Result& result, co
 
 void print_result(const Result& r, double epsilon, const std::string& truth, std::ostream& out) {
     const Account& a = r.account;
-    out << "samples        " << r.samples << " (" << static_cast<double>(r.samples) / r.lower_bound_samples << " x the hexagonal bound)\n"
+    out << "samples        " << r.samples << per_bound(static_cast<double>(r.samples), r.lower_bound_samples, "hexagonal bound") << "\n"
         << "probes         " << a.probes() << " (" << static_cast<double>(a.probes()) / static_cast<double>(r.samples)
         << " per sample): " << a.contact << " contacts, " << a.clear << " clear"
         << (a.failed > 0 ? ", " + std::to_string(a.failed) + " failed" : "") << "\n"
-        << "displacement   " << a.displacement() << " mm (" << a.displacement() / r.lower_bound_displacement
-        << " x the bound): " << a.travel << " travel, " << a.probing << " probing\n"
+        << "displacement   " << a.displacement() << " mm" << per_bound(a.displacement(), r.lower_bound_displacement, "bound") << ": "
+        << a.travel << " travel, " << a.probing << " probing\n"
         << "mesh           " << r.topology.facets << " facets, " << r.topology.components << " component(s), Euler characteristic "
         << r.topology.euler_characteristic << ", " << r.topology.boundary_edges << " boundary and " << r.topology.nonmanifold_edges
         << " non-manifold edges, largest ball " << r.max_ball_radius << " mm (epsilon " << epsilon << ")\n"
@@ -52,13 +70,8 @@ void print_result(const Result& r, double epsilon, const std::string& truth, std
     for (const Premise& premise : r.certificate.premises) {
         out << "  " << to_string(premise.state) << "  " << premise.name << " - " << premise.detail << '\n';
     }
-    constexpr std::size_t kShown = 10;
-    for (std::size_t k = 0; k < r.bad_places.size() && k < kShown; ++k) {
-        const BadPlace& place = r.bad_places[k];
-        out << "  bad place    " << place.what << " at " << point_text(place.position) << ": needs an epsilon below "
-            << place.epsilon_needed << " mm\n";
-    }
-    if (r.bad_places.size() > kShown) out << "  and " << r.bad_places.size() - kShown << " more bad places, see summary.json\n";
+    list_places(out, "bad place", r.bad_places);
+    list_places(out, "thin place", r.thin_places);
 }
 
 }  // namespace palpate

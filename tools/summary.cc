@@ -14,19 +14,23 @@ using Json = nlohmann::ordered_json;
 // JSON knows no infinity: an unknown distance is null.
 Json number(double x) { return std::isfinite(x) ? Json(x) : Json(nullptr); }
 
-Json summarise(const Certificate& certificate, const std::vector<BadPlace>& bad_places) {
+void add_places(Json& json, const char* key, const std::vector<BadPlace>& places) {
+    if (places.empty()) return;
+    json[key] = Json::array();
+    for (const BadPlace& place : places) {
+        json[key].push_back({{"position", {place.position.x(), place.position.y(), place.position.z()}},
+                             {"what", place.what},
+                             {"epsilon_needed_below", place.epsilon_needed}});
+    }
+}
+
+Json summarise(const Certificate& certificate, const std::vector<BadPlace>& bad_places, const std::vector<BadPlace>& thin_places) {
     Json json{{"status", to_string(certificate.status)}, {"statement", certificate.statement}, {"premises", Json::array()}};
     for (const Premise& p : certificate.premises) {
         json["premises"].push_back({{"name", p.name}, {"state", to_string(p.state)}, {"detail", p.detail}});
     }
-    if (!bad_places.empty()) {
-        json["bad_places"] = Json::array();
-        for (const BadPlace& place : bad_places) {
-            json["bad_places"].push_back({{"position", {place.position.x(), place.position.y(), place.position.z()}},
-                                          {"what", place.what},
-                                          {"epsilon_needed_below", place.epsilon_needed}});
-        }
-    }
+    add_places(json, "bad_places", bad_places);
+    add_places(json, "thin_places", thin_places);
     return json;
 }
 
@@ -55,7 +59,7 @@ Json summarise(const Result& r, double epsilon, double planner_seconds, double o
         {"displacement", {{"total", a.displacement()}, {"travel", a.travel}, {"probing", a.probing}}},
         {"lower_bounds",
          {{"samples", static_cast<std::uint64_t>(std::ceil(r.lower_bound_samples))}, {"displacement", r.lower_bound_displacement}}},
-        {"certificate", summarise(r.certificate, r.bad_places)},
+        {"certificate", summarise(r.certificate, r.bad_places, r.thin_places)},
         {"time", {{"planner", planner_seconds}, {"oracle", oracle_seconds}, {"machine_estimate", machine_estimate}}},
     };
 }

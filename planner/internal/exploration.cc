@@ -30,8 +30,10 @@ std::optional<DirectedEdge> Exploration::walk(DirectedEdge e, int across) {
         const DirectedEdge ahead{cell, out};
         const EdgeState known = state_.state(ahead);
         if (known == EdgeState::unknown) return ahead;
-        if (known != EdgeState::clear) return std::nullopt;
+        if (known == EdgeState::failed) return std::nullopt;
+        // Past an edge that S crosses twice the walk goes on from its other end.
         const DirectedEdge back = state_.opposite(ahead);
+        if (known == EdgeState::crossing && (back == e || !state_.is_double(ahead) || !state_.is_free(back.cell))) return std::nullopt;
         // The two vertices of the Delaunay edge keep their identity, their indices change from cell to cell.
         out = state_.next_facet_around(cell, in, out);
         in = back.facet;
@@ -45,7 +47,9 @@ bool Exploration::is_closed(DirectedEdge e, int across) const {
     for (int k = 0; k < 4; ++k) {
         if (k != e.facet && k != across) ends.at(found++) = *state_.sample_of(e.cell, k);
     }
-    return state_.surface_facets_at(ends[0], ends[1], state_.ticket(e)) > 1;
+    const auto [in_surface, doubled] = state_.count_facets_at(ends[0], ends[1], state_.ticket(e));
+    // From an edge that S crosses twice, walks only find how far the wall goes.
+    return state_.is_double(e) ? in_surface + doubled > 1 : in_surface == 2;
 }
 
 void Exploration::note_crossing(DirectedEdge e) {
@@ -69,9 +73,8 @@ void Exploration::note_insertion(const MaintainedDelaunay::Insertion& insertion)
             note_crossing(from_new);  // the free side of an inherited crossing may be all new
         }
     }
-    if (explore_ == Strategy::Explore::closure) {
-        for (const auto& facet : insertion.lost) note_wings_beside(facet);
-    }
+    for (const auto& facet : insertion.lost) note_lost(facet);
+    for (const DirectedEdge e : insertion.gained) note_crossing(e);
 }
 
 void Exploration::note_wings_beside(const std::array<std::uint32_t, 3>& lost) {

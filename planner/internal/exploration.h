@@ -28,6 +28,10 @@ public:
     // What may have opened new work.
     void note_crossing(DirectedEdge e);
     void note_free(CellId cell);
+    // The facet left Ŝ: what ended there goes on.
+    void note_lost(const std::array<std::uint32_t, 3>& facet) {
+        if (explore_ == Strategy::Explore::closure) note_wings_beside(facet);
+    }
     void note_insertion(const MaintainedDelaunay::Insertion& insertion);
 
     // Notes everything afresh. Linear time.

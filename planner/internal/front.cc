@@ -42,7 +42,7 @@ struct Front::OpenEdge {
 void Front::note_edge(std::uint32_t a, std::uint32_t b, const EdgeTicket& hint) {
     if (a > b) std::swap(a, b);
     const Task task{{a, b, Task::kNoSample}, 0, (state_.sample(a) + state_.sample(b)) / 2, hint};
-    if (!given_up_.contains({a, b}) && state_.surface_facets_at(a, b, hint) == 1) {
+    if (!given_up_.contains({a, b}) && state_.count_facets_at(a, b, hint).in_surface == 1) {
         tasks_.add(task);
     } else {
         tasks_.remove(task);
@@ -72,8 +72,23 @@ bool Front::infer(DirectedEdge e) {
     return true;
 }
 
+void Front::note_thin(std::uint32_t sample) {
+    if (thin_.size() <= sample) thin_.resize(state_.sample_count());
+    thin_[sample] = true;
+}
+
 void Front::note_insertion(const MaintainedDelaunay::Insertion& insertion) {
+    // Samples that are nearer than ε are there to tell sheets apart.
+    if (!thin_.empty()) {
+        const Point& p = state_.sample(insertion.sample);
+        state_.adjacent_samples(insertion.sample, adjacent_);
+        if (std::any_of(adjacent_.begin(), adjacent_.end(),
+                        [&](std::uint32_t b) { return is_thin(b) && (state_.sample(b) - p).norm() < options_.epsilon; })) {
+            note_thin(insertion.sample);
+        }
+    }
     for (const auto& facet : insertion.lost) note_edges_of(facet, {});
+    for (const DirectedEdge e : insertion.gained) note_edges(e);
     for (const DirectedEdge from_new : insertion.cropped) {
         for (int i = 0; i < 4; ++i) {
             const DirectedEdge e{from_new.cell, i};
@@ -114,12 +129,14 @@ std::optional<Front::OpenEdge> Front::look_at(const Task& task) {
     edge.a = task.samples[0];
     edge.b = task.samples[1];
     edge.attempts = task.attempts;
+    // Where two sheets of S are that near, nothing beside the samples is likely to be free.
+    if (is_thin(edge.a) || is_thin(edge.b)) return std::nullopt;
     state_.facets_around(edge.a, edge.b, task.hint, around_);
     int facets = 0;
     for (const DirectedEdge e : around_) {
-        if (const auto known = state_.crossed(e)) {
+        if (state_.in_surface(e)) {
             ++facets;
-            edge.facet = *known;
+            edge.facet = *state_.crossed(e);
         }
     }
     if (facets != 1) return std::nullopt;

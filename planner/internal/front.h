@@ -59,6 +59,9 @@ public:
     // Infers and notes everything afresh. Linear time.
     void sweep();
 
+    // S crosses the dual edge of a facet with that sample twice: two sheets are so near that touches beside samples mostly fail.
+    void note_thin(std::uint32_t sample);
+    [[nodiscard]] bool is_thin(std::uint32_t sample) const { return sample < thin_.size() && thin_[sample]; }
     // The facet's dual edge was touched, and whether S meets it is still not known.
     void note_missed(const std::array<std::uint32_t, 3>& facet) { missed_.insert(in_order(facet)); }
     // What to touch next, nearest to the tool first. Nothing when no open edge is left that a touch near it can close.
@@ -99,6 +102,7 @@ private:
     std::uint64_t audited_ = 0;
     std::set<std::array<std::uint32_t, 3>> missed_;               // facets whose dual edges were touched and taught nothing
     std::set<std::pair<std::uint32_t, std::uint32_t>> given_up_;  // open edges that touches did not close
+    std::vector<bool> thin_;                                      // by sample, as far as there are any
     std::vector<DirectedEdge> around_;                            // scratch
     std::vector<std::uint32_t> adjacent_;                         // scratch
     std::vector<std::uint32_t> near_;                             // scratch

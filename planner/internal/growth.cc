@@ -36,11 +36,12 @@ ReachBound bound(const Options& options) {
 }  // namespace
 
 Growth::Growth(MaintainedDelaunay& state, Tool& tool, const Workspace& workspace, const Options& options, const Criteria& criteria,
-               const Observer& observer)
+               const Observer& observer, Effort& effort)
     : state_(state),
       tool_(tool),
       options_(options),
       criteria_(criteria),
+      effort_(effort),
       inference_(state, bound(options), kRange * options.epsilon, std::max(kMargin * workspace.radius(), options.touch_error)),
       front_(state, inference_,
              {options.epsilon, options.standoff.value_or(options.epsilon), Front::kGrowth, options.audit, options.random_seed}),
@@ -72,8 +73,18 @@ void Growth::distrust(DirectedEdge e) {
     front_.note_edges(e);
 }
 
+void Growth::note_thin(DirectedEdge e) {
+    if (!inference_.bound().is_local) return;
+    const double largest = state_.thickness(e) / 2;
+    for (const std::uint32_t sample : state_.facet_samples(e)) {
+        front_.note_thin(sample);
+        if (inference_.reach(sample) > largest) lower(sample, largest / inference_.reach(sample));
+    }
+}
+
 std::optional<Growth::Step> Growth::approach(NodeId goal, const std::array<std::uint32_t, 3>& corners) {
-    const auto met = grows_ ? pilot_.approach(goal, corners) : std::nullopt;
+    const bool is_thin = std::ranges::any_of(corners, [&](std::uint32_t v) { return front_.is_thin(v); });
+    const auto met = grows_ ? pilot_.approach(goal, corners, is_thin) : std::nullopt;
     if (!met) return std::nullopt;
     return take_from_way(*met, corners);
 }
@@ -84,32 +95,47 @@ std::optional<Growth::Step> Growth::step() {
     if (!grows_ || inference_.bound().reach < kUseful * options_.epsilon) return std::nullopt;
     const auto asked = front_.next(state_.roadmap().at(tool_.at()));
     if (!asked) return std::nullopt;
-    if (const auto met = pilot_.go_to({asked->start, asked->home})) return take_from_way(*met, asked->beside);
+    const Point place = state_.sample(std::ranges::max(asked->beside));
+    if (effort_.is_spent(place)) {
+        effort_.give_up(place);
+        return Step{};  // the front asks a few times and then gives the edge up
+    }
+    if (inference_.bound().is_local && !asked->audit && effort_.is_guesswork(place)) return Step{};
+    const std::uint64_t before = tool_.account().probes();
+    const Step step = touch(*asked);
+    const std::uint64_t probes = tool_.account().probes() - before;
+    effort_.note_probes(place, probes);
+    effort_.note_guess(place, probes, step.sample || (asked->along && state_.crossed(asked->along->inwards)));
+    return step;
+}
+
+Growth::Step Growth::touch(const FrontTouch& asked) {
+    if (const auto met = pilot_.go_to({asked.start, asked.home})) return take_from_way(*met, asked.beside);
     // What a proven bound shows; of what local bounds suggest, crossings of dual edges alone are right in 99 of 100 cases (new samples
     // ahead of creases in 98).
-    const bool expects = asked->certain && (asked->along || !inference_.bound().is_local);
-    auto met = pilot_.probe(asked->target, expects);
+    const bool expects = asked.certain && (asked.along || !inference_.bound().is_local);
+    auto met = pilot_.probe(asked.target, expects);
     if (met && met->touch.failed) return Step{};  // the front asks a few times and then gives the edge up
-    if (!met && asked->under && !asked->certain) met = pilot_.probe(*asked->under);
+    if (!met && asked.under && !asked.certain) met = pilot_.probe(*asked.under);
     if (met && met->touch.failed) return Step{};
     const auto contact = met ? std::optional(met->touch) : std::nullopt;
-    if (asked->audit) note_audit(*asked, contact);
+    if (asked.audit) note_audit(asked, contact);
     if (!contact) {
-        const Point& free = asked->target;
-        if (asked->certain) {
-            const std::array<std::uint32_t, 1> lens{asked->interior_of};
+        const Point& free = asked.target;
+        if (asked.certain) {
+            const std::array<std::uint32_t, 1> lens{asked.interior_of};
             inference_.check(free, false, lens);
         }
-        if (asked->along) {
-            if (const auto inferred = state_.inferred(asked->along->inwards)) withdraw(*inferred, free);
-            front_.note_missed(asked->along->corners);
+        if (asked.along) {
+            if (const auto inferred = state_.inferred(asked.along->inwards)) withdraw(*inferred, free);
+            front_.note_missed(asked.along->corners);
         }
         return Step{};
     }
-    const std::array<std::uint32_t, 5> lenses{asked->home, asked->interior_of, asked->beside[0], asked->beside[1], asked->beside[2]};
+    const std::array<std::uint32_t, 5> lenses{asked.home, asked.interior_of, asked.beside[0], asked.beside[1], asked.beside[2]};
     inference_.check(contact->position, true, lenses);
-    if (asked->along) learn_crossing(*asked->along, *contact);
-    return take(*contact, asked->beside);
+    if (asked.along) learn_crossing(*asked.along, *contact);
+    return take(*contact, asked.beside);
 }
 
 void Growth::note_audit(const FrontTouch& asked, const std::optional<Tool::Answer>& contact) {

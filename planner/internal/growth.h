@@ -8,6 +8,7 @@
 
 #include "planner/certificate.h"
 #include "planner/criteria.h"
+#include "planner/internal/effort.h"
 #include "planner/internal/front.h"
 #include "planner/internal/inference.h"
 #include "planner/internal/pilot.h"
@@ -21,7 +22,7 @@ class Growth {
 public:
     // REQUIRES: options.reach, unless the strategy infers adaptively. All arguments must outlive it.
     Growth(MaintainedDelaunay& state, Tool& tool, const Workspace& workspace, const Options& options, const Criteria& criteria,
-           const Observer& observer);
+           const Observer& observer, Effort& effort);
 
     // A touch that is to become a sample.
     struct NewSample {
@@ -41,6 +42,8 @@ public:
     // Samples from that one on were inserted by seeding.
     void note_seeds(std::size_t first);
     void note_crossing(DirectedEdge e) { front_.note_edges(e); }
+    // S crosses the edge twice: balls between the two sheets are that small.
+    void note_thin(DirectedEdge e);
     // Infers and notes everything afresh. Linear time.
     void sweep() { front_.sweep(); }
     // An inferred crossing where Ŝ is wrong: only a touch can say now.
@@ -57,6 +60,7 @@ public:
     [[nodiscard]] std::size_t open_count() const { return front_.open_count(); }
 
 private:
+    [[nodiscard]] Step touch(const FrontTouch& asked);
     void note_audit(const FrontTouch& asked, const std::optional<Tool::Answer>& contact);
     void note_evidence(const Refutation& refutation);
     void lower(std::uint32_t sample, double share);
@@ -70,6 +74,7 @@ private:
     Tool& tool_;
     const Options& options_;
     const Criteria& criteria_;
+    Effort& effort_;
     Inference inference_;
     Front front_;
     Pilot pilot_;

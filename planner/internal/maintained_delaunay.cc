@@ -4,17 +4,12 @@
 #include <cassert>
 #include <stdexcept>
 
-#include "planner/errors.h"
-
 namespace palpate {
 namespace {
 
 Kernel::Point_3 to_cgal(const Point& p) { return {p.x(), p.y(), p.z()}; }
 
 constexpr double kInfinity = std::numeric_limits<double>::infinity();
-
-// Points nearer than this fraction of ω's radius are the same place: far above the rounding of dual edges.
-constexpr double kSamePlace = 1e-9;
 
 // +1 if the permutation that sends (0, 1, 2, 3) to the given order is even, -1 if it is odd.
 int parity(std::array<int, 4> order) {
@@ -91,10 +86,11 @@ MaintainedDelaunay::Insertion MaintainedDelaunay::insert(const Point& p, CellId 
         dying = {};  // its crossing, if any, goes on with the hole facet
     }
     lost_.clear();
+    gained_.clear();
     for (const Delaunay::Cell_handle cell : conflict_) {
         for (int k = 0; k < 4; ++k) {
             const DirectedEdge e{cell->info(), k};
-            if (recorded_state(e) != EdgeState::crossing) continue;
+            if (recorded_state(e) != EdgeState::crossing || is_double(e)) continue;
             const DirectedEdge back = opposite(e);  // of a cell that dies as well
             if (recorded_state(back) != EdgeState::crossing || e.cell < back.cell) lost_.push_back(facet_samples(e));
         }
@@ -122,11 +118,16 @@ MaintainedDelaunay::Insertion MaintainedDelaunay::insert(const Point& p, CellId 
     for (std::size_t k = 0; k < hole_facets_.size(); ++k) {
         const HoleFacet& facet = hole_facets_[k];
         const DirectedEdge from_survivor{facet.survivor->info(), facet.facet};
-        const bool was_crossed = facet.dying.state == EdgeState::crossing || record(from_survivor).state == EdgeState::crossing;
+        const EdgeRecord& known = record(from_survivor);
+        const bool was_dying = facet.dying.state == EdgeState::crossing;
+        const bool was_known = known.state == EdgeState::crossing;
+        const bool was_double = was_dying && was_known && are_two(crossings_[facet.dying.crossing], crossings_[known.crossing]);
         inherit(facet, p);
-        if (was_crossed && !crossed(from_survivor)) lost_.push_back(facet_samples(from_survivor));
+        const auto still = crossed(from_survivor);
+        if ((was_dying || was_known) && !was_double && !still) lost_.push_back(facet_samples(from_survivor));
+        if (was_double && still && !is_double(*still)) gained_.push_back(*still);
     }
-    return {index, cropped_, lost_};
+    return {index, cropped_, lost_, gained_};
 }
 
 // DESIGN section 3. The old edge ran from u (the survivor) to w (destroyed); it now ends at v, the vertex of the new cell.
@@ -290,10 +291,28 @@ void MaintainedDelaunay::facets_around(std::uint32_t a, std::uint32_t b, const E
     visit_facets_around(a, b, hint, [&](DirectedEdge e) { out.push_back(e); });
 }
 
-int MaintainedDelaunay::surface_facets_at(std::uint32_t a, std::uint32_t b, const EdgeTicket& hint) const {
-    int facets = 0;
-    visit_facets_around(a, b, hint, [&](DirectedEdge e) { facets += crossed(e) ? 1 : 0; });
-    return facets;
+bool MaintainedDelaunay::is_double(DirectedEdge e) const {
+    if (recorded_state(e) != EdgeState::crossing) return false;
+    const DirectedEdge back = opposite(e);
+    if (recorded_state(back) != EdgeState::crossing) return false;
+    return are_two(crossing(e), crossing(back));
+}
+
+bool MaintainedDelaunay::is_thin_at(std::uint32_t sample) const {
+    for (const CellId cell : cells_around(sample)) {
+        for (int i = 0; i < 4; ++i) {
+            if (sample_of(cell, i) != sample && is_double({cell, i})) return true;
+        }
+    }
+    return false;
+}
+
+MaintainedDelaunay::FacetCount MaintainedDelaunay::count_facets_at(std::uint32_t a, std::uint32_t b, const EdgeTicket& hint) const {
+    FacetCount count;
+    visit_facets_around(a, b, hint, [&](DirectedEdge e) {
+        if (const auto known = crossed(e)) ++(is_double(*known) ? count.doubled : count.in_surface);
+    });
+    return count;
 }
 
 int MaintainedDelaunay::next_facet_around(CellId cell, int in, int out) const {
@@ -418,16 +437,12 @@ Point MaintainedDelaunay::probe_target(DirectedEdge e, const EdgeSpan& along) co
 
 NodeId MaintainedDelaunay::learn_clear(DirectedEdge e, const EdgeSpan& along, NodeId start, const Point& end) {
     const DirectedEdge back = opposite(e);
-    if (touch_error_ > 0 && record(back).state == EdgeState::crossing) {
+    if (record(back).state == EdgeState::crossing && (touch_error_ > 0 || !is_same_place(crossing(back).near, roadmap_.at(start)))) {
         ++grazes_;
         drop_crossing(record(back));
     }
     if (record(back).state == EdgeState::crossing) {
         const Crossing touched = crossing(back);
-        if ((touched.near - roadmap_.at(start)).norm() > kSamePlace * workspace_.radius()) {
-            throw ContradictionError(
-                "a Voronoi edge was touched from one end and found clear from the other: the object moved, or a touch was false");
-        }
         // S passes through the Voronoi vertex itself: the touch holds for both directions.
         roadmap_.connect(start, touched.near_node);
         roadmap_.connect(start, node(back.cell));

@@ -66,6 +66,9 @@ struct EdgeSpan {
 
 class MaintainedDelaunay {
 public:
+    // Points nearer than this fraction of ω's radius are the same place: far above the rounding of dual edges.
+    static constexpr double kSamePlace = 1e-9;
+
     // `touch_error` (mm): touches and ways may be off by that.
     explicit MaintainedDelaunay(const Workspace& workspace, double touch_error = 0.0)
         : workspace_(workspace), touch_error_(touch_error), roadmap_(workspace) {}
@@ -83,6 +86,8 @@ public:
         std::span<const DirectedEdge> cropped;
         // The facets that left Ŝ: destroyed, or their dual edge lost its crossing.
         std::span<const std::array<std::uint32_t, 3>> lost;
+        // The dual edges of facets that came into Ŝ, as one of two crossings was cropped off: the direction that holds the other.
+        std::span<const DirectedEdge> gained;
     };
     // Inserts a sample; records of cells that survive stay, records of edges that the new Voronoi cell crops are
     // inherited. Throws std::logic_error if the sample is already there. `near` is a cell to start the search from.
@@ -145,8 +150,20 @@ public:
         const std::optional<DirectedEdge> known = crossed(e);
         return known && crossing(*known).inferred ? known : std::nullopt;
     }
-    // How many facets of Ŝ a Delaunay edge has; `hint` as for facets_around.
-    [[nodiscard]] int surface_facets_at(std::uint32_t a, std::uint32_t b, const EdgeTicket& hint) const;
+    // Whether S was met from both ends of the edge, at two places: it crosses the edge twice, and the facet is not in Ŝ.
+    [[nodiscard]] bool is_double(DirectedEdge e) const;
+    [[nodiscard]] bool is_same_place(const Point& p, const Point& q) const { return (p - q).norm() <= kSamePlace * workspace_.radius(); }
+    // How far apart those places are, mm. REQUIRES: is_double(e).
+    [[nodiscard]] double thickness(DirectedEdge e) const { return (crossing(e).near - crossing(opposite(e)).near).norm(); }
+    // Whether some facet at the sample has a dual edge that S crosses twice.
+    [[nodiscard]] bool is_thin_at(std::uint32_t sample) const;
+    [[nodiscard]] bool in_surface(DirectedEdge e) const { return crossed(e) && !is_double(e); }
+    // How many facets at a Delaunay edge are in Ŝ, and at how many S crosses the dual edge twice; `hint` as for facets_around.
+    struct FacetCount {
+        int in_surface = 0;
+        int doubled = 0;
+    };
+    [[nodiscard]] FacetCount count_facets_at(std::uint32_t a, std::uint32_t b, const EdgeTicket& hint) const;
     [[nodiscard]] CrossingId crossing_id(DirectedEdge e) const { return record(e).crossing; }
     // Where a crossing is now; nothing once it has left all edges.
     [[nodiscard]] std::optional<DirectedEdge> edge_of(CrossingId id, std::uint32_t generation) const;
@@ -165,12 +182,14 @@ public:
     NodeId probe_start(DirectedEdge e, const EdgeSpan& along);
     // Where such a probe aims: the far end, exactly where the tool has been if it has.
     [[nodiscard]] Point probe_target(DirectedEdge e, const EdgeSpan& along) const;
-    // The whole edge turned out free. Returns the node where the tool is now, at `end`. If the edge was touched from its other
-    // end: with exact touches that throws ContradictionError, unless it was at `start` itself; otherwise S only grazes the edge,
-    // and the later answer holds.
+    // The whole edge turned out free. Returns the node where the tool is now, at `end`. If the edge was touched from its other end, not at
+    // `start` itself, S only grazes it, and the later answer holds.
     NodeId learn_clear(DirectedEdge e, const EdgeSpan& along, NodeId start, const Point& end);
-    // A probe of the edge had no answer. REQUIRES: nothing is known of it.
-    void note_failed(DirectedEdge e) { record(e).state = EdgeState::failed; }
+    // A probe of the edge had no answer, or one that nothing can be made of.
+    void note_failed(DirectedEdge e) {
+        drop_crossing(record(e));
+        record(e).state = EdgeState::failed;
+    }
     // S was touched on the edge at roadmap node `contact`, coming from node `from` of the edge: its start, or (not
     // from_vertex) a point q within. `touch` numbers the touch for the caller.
     void learn_contact(DirectedEdge e, NodeId from, NodeId contact, std::uint32_t touch, bool from_vertex = true);
@@ -230,6 +249,10 @@ private:
     CrossingId new_crossing(const Crossing& crossing, DirectedEdge e);
     void drop_crossing(EdgeRecord& r);
     void inherit(const HoleFacet& facet, const Point& p);
+    // Two crossings seen from an edge's two ends are one if S passes through an end.
+    [[nodiscard]] bool are_two(const Crossing& x, const Crossing& y) const {
+        return (x.near - y.near).norm() > kSamePlace * workspace_.radius() + 2 * touch_error_;
+    }
 
     const Workspace workspace_;
     const double touch_error_;
@@ -250,6 +273,7 @@ private:
     std::vector<HoleFacet> hole_facets_;
     std::vector<DirectedEdge> cropped_;
     std::vector<std::array<std::uint32_t, 3>> lost_;
+    std::vector<DirectedEdge> gained_;
     mutable std::vector<Delaunay::Vertex_handle> adjacent_;  // scratch of adjacent_samples()
 };
 

@@ -181,7 +181,7 @@ Pilot::Hop Pilot::hop(const Point& goal) {
     return {true, met};
 }
 
-std::optional<Pilot::Met> Pilot::approach(NodeId goal, const std::array<std::uint32_t, 3>& samples) {
+std::optional<Pilot::Met> Pilot::approach(NodeId goal, const std::array<std::uint32_t, 3>& samples, bool is_cramped) {
     Roadmap& roadmap = state_.roadmap();
     lift();
     const Point goal_at = roadmap.at(goal);
@@ -215,7 +215,7 @@ std::optional<Pilot::Met> Pilot::approach(NodeId goal, const std::array<std::uin
             return std::nullopt;
         }
     }
-    if (shortest <= kDetour * straight) return std::nullopt;
+    if (shortest <= kDetour * straight || (is_cramped && contacts > 0)) return std::nullopt;
     const Hop hop = this->hop(goal_at);
     if (!hop.done || hop.met) return hop.met;
     roadmap.connect(tool_.at(), goal);

@@ -31,7 +31,8 @@ public:
     // Straight, through whatever there is. `expects`: S is known to lie before the goal.
     std::optional<Met> probe(const Point& goal, bool expects = false);
     // Towards a node of the roadmap near those samples, as far as that is shorter than the roadmap.
-    std::optional<Met> approach(NodeId goal, const std::array<std::uint32_t, 3>& samples);
+    // `is_cramped`: straight ways are mostly barred there, so that one try is enough.
+    std::optional<Met> approach(NodeId goal, const std::array<std::uint32_t, 3>& samples, bool is_cramped);
 
     // The sample's lens is not what it was.
     void forget(std::uint32_t sample);

@@ -1,5 +1,6 @@
 #include "planner/internal/restricted_surface.h"
 
+#include <algorithm>
 #include <utility>
 
 namespace palpate {
@@ -9,6 +10,25 @@ double approach_length(const Crossing& crossing) { return (crossing.near - cross
 
 }  // namespace
 
+std::optional<std::uint32_t> RestrictedSurface::point_of(std::uint32_t sample) const {
+    const auto found = std::ranges::lower_bound(sample_of, sample);
+    if (found == sample_of.end() || *found != sample) return std::nullopt;
+    return static_cast<std::uint32_t>(found - sample_of.begin());
+}
+
+std::vector<std::uint32_t> RestrictedSurface::unused_samples(std::size_t sample_count) const {
+    std::vector<std::uint32_t> unused;
+    auto next = sample_of.begin();
+    for (std::uint32_t sample = 0; sample < sample_count; ++sample) {
+        if (next != sample_of.end() && *next == sample) {
+            ++next;
+        } else {
+            unused.push_back(sample);
+        }
+    }
+    return unused;
+}
+
 RestrictedSurface extract_surface(const MaintainedDelaunay& state) {
     RestrictedSurface surface;
     std::vector<bool> used(state.sample_count());
@@ -17,6 +37,7 @@ RestrictedSurface extract_surface(const MaintainedDelaunay& state) {
         for (int i = 0; i < 4; ++i) {
             const DirectedEdge e{cell, i};
             if (state.recorded_state(e) != EdgeState::crossing) continue;
+            if (state.is_double(e)) continue;
             const DirectedEdge back = state.opposite(e);
             const double radius = state.crossing(e).ball_radius;
             if (state.recorded_state(back) == EdgeState::crossing) {

@@ -1,6 +1,12 @@
-// Ŝ as a mesh: the facets whose dual edge is known to meet S (DESIGN section 1).
+// Ŝ as a mesh: the facets whose dual edge is known to cross S once (DESIGN section 1).
+//
+// Where S was met from both ends of a dual edge, at two places, both ends are free and the facet lies between free cells: a wall passes
+// between its samples. Left out, what remains is the boundary of a union of cells, as far as all is explored: every edge has an even number
+// of facets, however thin or sharp O is.
 #pragma once
 
+#include <cstdint>
+#include <optional>
 #include <vector>
 
 #include "planner/internal/maintained_delaunay.h"
@@ -13,6 +19,11 @@ struct RestrictedSurface {
     // By triangle: the directed edge whose crossing has the smallest ball, which orients the facet (free side outside) ...
     std::vector<DirectedEdge> dual_edges;
     std::vector<double> ball_radii;  // ... and that ball's radius: only the smallest matters (DESIGN section 4)
+
+    // Of the mesh; nothing if no facet uses the sample.
+    [[nodiscard]] std::optional<std::uint32_t> point_of(std::uint32_t sample) const;
+    // Those that no facet uses, of so many.
+    [[nodiscard]] std::vector<std::uint32_t> unused_samples(std::size_t sample_count) const;
 };
 
 [[nodiscard]] RestrictedSurface extract_surface(const MaintainedDelaunay& state);

@@ -1,5 +1,6 @@
 #include "planner/internal/run.h"
 
+#include <Eigen/Geometry>
 #include <algorithm>
 #include <cmath>
 #include <numbers>
@@ -9,6 +10,7 @@
 
 #include "planner/errors.h"
 #include "planner/machine_time.h"
+#include "planner/number_text.h"
 
 namespace palpate {
 namespace {
@@ -23,8 +25,10 @@ constexpr double kAlmostDone = 0.99;
 // Of ε: see ProbeWatch.
 constexpr double kLongestHop = 6.0;
 
-// So often Ŝ is refined around a touch that no facet uses.
-constexpr int kMaxRepairs = 24;
+// Of ω's radius: far above rounding, far below anything that samples show.
+constexpr double kBeside = 1e-7;
+// A line moved by that meets a surface that it grazed within √(2 kBeside) of ω's radius, unless that bends less than ω.
+constexpr double kNearGraze = 1e-3;
 
 constexpr const char* kTooClose = "Run: a sample would break the packing bound that termination rests on";
 
@@ -49,6 +53,9 @@ Run::Run(SurfaceOracle& oracle, const Workspace& workspace, const Options& optio
       options_(options),
       observer_(observer),
       criteria_(options),
+      walls_(options.epsilon, criteria_.repair_spacing()),
+      effort_(options.epsilon),
+      repair_(state_, workspace, options, criteria_, walls_),
       state_(workspace, options.touch_error),
       tool_(oracle, workspace, state_.roadmap(), watch_for(options)),
       exploration_(state_, options.strategy.explore),
@@ -68,16 +75,16 @@ void Run::execute() {
 
 void Run::probe_all() {
     const std::vector<SeedFacet> seeds = touch_seeds(workspace_, options_, state_, tool_);
-    for (const SeedFacet& seed : seeds) faceted_.insert(seed.samples[0]);
+    for (const SeedFacet& seed : seeds) faceted_.insert(seed.samples.begin(), seed.samples.end());
     // Seeds are exempt from the spacing; there are few of them.
     max_samples_ = state_.sample_count() + packing_bound(workspace_, criteria_.least_spacing());
     if (options_.strategy.infer == Strategy::Infer::adaptive || (options_.strategy.infer == Strategy::Infer::reach && options_.reach))
-        growth_.emplace(state_, tool_, workspace_, options_, criteria_, observer_);
+        growth_.emplace(state_, tool_, workspace_, options_, criteria_, observer_, effort_);
     exploration_.sweep();
     while (!is_budget_used_up()) {
         if (grow()) continue;
         if (const auto e = exploration_.next()) {
-            probe(*e);
+            explore(*e);
             continue;
         }
         if (insert_worst()) continue;
@@ -87,6 +94,18 @@ void Run::probe_all() {
         if (grow() || exploration_.next() || explore_unrepresented() || repair_defects() || refine_facets()) continue;
         break;
     }
+}
+
+void Run::explore(DirectedEdge e) {
+    // The facet's newest sample: first touches have facets everywhere for a while.
+    const Point place = state_.sample(std::ranges::max(state_.facet_samples(e)));
+    if (effort_.is_spent(place)) {
+        effort_.give_up(place);
+        return state_.note_failed(e);
+    }
+    const std::uint64_t before = tool_.account().probes();
+    probe(e);
+    effort_.note_probes(place, tool_.account().probes() - before);
 }
 
 void Run::probe(DirectedEdge e) {
@@ -100,6 +119,8 @@ void Run::probe(DirectedEdge e) {
             return;
         }
     }
+    const auto facet = state_.facet_samples(e);
+    const bool was_in_surface = state_.in_surface(e);
     tool_.go_to(start);
     const Tool::Answer answer = tool_.probe(state_.probe_target(e, *along), Touch::Role::crossing, known_crossing(state_.opposite(e)));
     if (answer.failed) {
@@ -108,15 +129,54 @@ void Run::probe(DirectedEdge e) {
         const NodeId contact = state_.roadmap().add(start, answer.position);
         tool_.arrive(contact);
         state_.learn_contact(e, start, contact, answer.touch);
+        if (was_in_surface && !state_.in_surface(e)) note_lost(facet, e);
+        if (state_.is_double(e)) {
+            walls_.note((state_.crossing(e).near + state_.crossing(state_.opposite(e)).near) / 2, state_.thickness(e));
+            if (growth_) growth_->note_thin(e);  // may take the other crossing back
+        }
         on_contact(e);
     } else {
         if (const auto inferred = state_.inferred(e)) growth_->withdraw(*inferred, Point(state_.crossing(*inferred).far));
         const CellId far_cell = state_.neighbor(e);
         const bool was_free = state_.is_free(far_cell);
+        const std::optional<Crossing> graze = touched_from_other_end(e, start);
         tool_.arrive(state_.learn_clear(e, *along, start, answer.position));
+        if (was_in_surface && !state_.in_surface(e)) note_lost(facet, e);
         if (!was_free) exploration_.note_free(far_cell);
+        if (graze && options_.touch_error == 0) expect_graze(*graze);
     }
     report();
+}
+
+void Run::note_lost(const std::array<std::uint32_t, 3>& facet, DirectedEdge e) {
+    exploration_.note_lost(facet);
+    if (growth_) growth_->note_crossing(e);
+}
+
+std::optional<Crossing> Run::touched_from_other_end(DirectedEdge e, NodeId start) const {
+    const DirectedEdge back = state_.opposite(e);
+    if (state_.recorded_state(back) != EdgeState::crossing || state_.crossing(back).inferred) return std::nullopt;
+    const Crossing& touched = state_.crossing(back);
+    if (state_.is_same_place(touched.near, state_.roadmap().at(start))) return std::nullopt;
+    return touched;
+}
+
+// An edge was touched from one end and found clear from the other. Either rounding has put the two ways on two sides of S, which it grazes;
+// then S is still there, on a line beside the first way. Or the world has changed.
+void Run::expect_graze(const Crossing& touched) {
+    Roadmap& roadmap = state_.roadmap();
+    const Vector way = (touched.near - touched.from).normalized();
+    const Vector x = kBeside * workspace_.radius() * way.unitOrthogonal();
+    const Vector y = way.cross(x);
+    for (const Vector& aside : {Vector(Vector::Zero()), x, y, Vector(-x), Vector(-y)}) {
+        tool_.go_to(touched.from_node);
+        const Tool::Answer answer = tool_.probe(touched.near + aside + x.norm() * way);
+        if (answer.failed) return;
+        tool_.arrive(roadmap.add(touched.from_node, answer.position));
+        if (answer.contact && (answer.position - touched.near).norm() <= kNearGraze * workspace_.radius()) return;
+    }
+    throw ContradictionError("S was touched at " + point_text(touched.near) +
+                             " and is not there any more: the object moved, or that touch was false");
 }
 
 // S was touched on that edge: whoever comes from its other end has to touch it there at the latest.
@@ -125,32 +185,57 @@ std::optional<Tool::Expected> Run::known_crossing(DirectedEdge e) const {
     return Tool::Expected{Point(state_.crossing(e).near)};
 }
 
+void Run::note_touches() {
+    const std::vector<Touch>& touches = tool_.touches();
+    for (; touches_noted_ < touches.size(); ++touches_noted_) {
+        const Touch& t = touches[touches_noted_];
+        const Vector way = t.position - t.from;
+        if (way.norm() > 0) walls_.note_touch(t.position, way.normalized());
+    }
+}
+
 void Run::on_contact(DirectedEdge e) {
-    const double radius = state_.crossing(e).ball_radius;
-    if (!criteria_.is_bad(radius, state_.crossing(e).near)) {
+    note_touches();
+    const DirectedEdge worst = larger_ball(state_, e);
+    const Crossing& c = state_.crossing(worst);
+    const bool is_bad = criteria_.is_bad(c.ball_radius, c.near);
+    if (!is_bad && !(c.ball_radius > walls_.size_at(c.near))) {
         exploration_.note_crossing(e);
         if (growth_) growth_->note_crossing(e);
-    } else if (options_.strategy.refine == Strategy::Refine::eager) {
-        insert(e, Touch::Role::refinement, criteria_.spacing(state_.crossing(e).near));
+    } else if (!is_bad || options_.strategy.refine == Strategy::Refine::eager) {
+        // The thesis knows no thin walls: they are refined at once, whatever the order of the rest.
+        insert_bad(worst);
     } else {
-        const CrossingId id = state_.crossing_id(e);
-        bad_.push_back({radius, id, state_.generation_of(id)});
+        bad_.push_back(ball_of(state_, worst));
         std::push_heap(bad_.begin(), bad_.end());
         exploration_.note_crossing(e);
     }
 }
 
+void Run::insert_bad(DirectedEdge crossing) {
+    const Crossing& c = state_.crossing(crossing);
+    if (criteria_.is_bad(c.ball_radius, c.near)) return insert(crossing, Touch::Role::refinement, criteria_.spacing(c.near));
+    insert(crossing, Touch::Role::repair, criteria_.repair_spacing());  // for a thin wall
+}
+
 void Run::insert(DirectedEdge crossing, Touch::Role role, double spacing) {
     const Crossing& c = state_.crossing(crossing);
-    // The ball is empty, so its radius is the distance to the nearest sample (DESIGN section 3).
+    // The ball is empty, so its radius is the distance to the nearest sample (DESIGN section 3), ...
     if (c.ball_radius < spacing) throw std::logic_error(kTooClose);
-    add_sample(Point(c.near), crossing.cell, c.touch, role);
+    // ... to rounding: by itself no edge leads nearer to a sample than seeds are. If one did, it would be left alone.
+    const Point p = c.near;
+    if ((state_.sample(state_.nearest_sample(p, crossing.cell)) - p).norm() < std::min(criteria_.least_spacing(), spacing) / 2) {
+        effort_.give_up(p);
+        return state_.note_failed(crossing);
+    }
+    add_sample(p, crossing.cell, c.touch, role);
 }
 
 void Run::add_sample(const Point& p, CellId near, std::uint32_t touch, Touch::Role role) {
     if (state_.sample_count() >= max_samples_) throw std::logic_error(kTooClose);
     const MaintainedDelaunay::Insertion insertion = state_.insert(p, near);
     tool_.assign(touch, role, insertion.sample);
+    effort_.note_sample(p);
     if (growth_) growth_->note_insertion(insertion, tool_.touches()[touch]);
     exploration_.note_insertion(insertion);
     if (observer_.on_insertion) observer_.on_insertion(state_);
@@ -163,6 +248,7 @@ void Run::add_sample_of(const Growth::Step& step) {
 bool Run::grow() {
     if (!growth_) return false;
     const std::optional<Growth::Step> step = growth_->step();
+    note_touches();
     if (step) add_sample_of(*step);
     bool refuted = false;
     while (growth_->settle_refutation()) refuted = true;
@@ -173,31 +259,20 @@ bool Run::grow() {
 bool Run::insert_worst() {
     while (!bad_.empty()) {
         std::pop_heap(bad_.begin(), bad_.end());
-        const Bad worst = bad_.back();
+        const SurfaceBall worst = bad_.back();
         bad_.pop_back();
         if (const auto e = state_.edge_of(worst.id, worst.generation)) {
-            insert(*e, Touch::Role::refinement, criteria_.spacing(state_.crossing(*e).near));
+            insert_bad(*e);
             return true;
         }
     }
     return false;
 }
 
-std::vector<std::uint32_t> Run::unrepresented(const RestrictedSurface& surface) const {
-    std::vector<std::uint32_t> samples;
-    std::size_t next = 0;
-    for (std::uint32_t sample = 0; sample < state_.sample_count(); ++sample) {
-        if (next < surface.sample_of.size() && surface.sample_of[next] == sample) {
-            ++next;
-        } else {
-            samples.push_back(sample);
-        }
-    }
-    return samples;
-}
-
 bool Run::explore_unrepresented() {
-    const std::vector<std::uint32_t> samples = unrepresented(extract_surface(state_));
+    std::vector<std::uint32_t> samples = extract_surface(state_).unused_samples(state_.sample_count());
+    // Around a wall that is thinner than the samples are apart, facets are known and are not in Ŝ: they have to be refined.
+    std::erase_if(samples, [&](std::uint32_t sample) { return state_.is_thin_at(sample); });
     // A component that seeding touched and no facet reached: with a facet of its own it grows.
     if (growth_ && facet_unrepresented(samples, true)) return true;
     for (const std::uint32_t sample : samples) exploration_.note_surroundings(sample);
@@ -210,7 +285,8 @@ bool Run::explore_unrepresented() {
 bool Run::facet_unrepresented(const std::vector<std::uint32_t>& samples, bool seeds_only) {
     const std::vector<Touch> touches = tool_.touches();  // a copy: more come
     for (const Touch& touch : touches) {
-        if (!touch.sample || !std::binary_search(samples.begin(), samples.end(), *touch.sample)) continue;
+        if (!touch.sample || touch.role == Touch::Role::seed_facet || !std::binary_search(samples.begin(), samples.end(), *touch.sample))
+            continue;
         if (seeds_only && touch.role != Touch::Role::seed) continue;
         if (!faceted_.insert(*touch.sample).second) continue;
         const Vector approach = (touch.position - touch.from).normalized();
@@ -225,23 +301,9 @@ bool Run::facet_unrepresented(const std::vector<std::uint32_t>& samples, bool se
 }
 
 bool Run::repair_defects() {
-    const RestrictedSurface surface = extract_surface(state_);
-    // By crossing, not by edge: an insertion may move or remove the next one.
-    std::vector<Bad> to_refine;
-    const auto refine_largest = [&](const std::vector<std::uint32_t>& facets) {
-        Bad largest;
-        for (const std::uint32_t facet : facets) largest = std::max(largest, ball_of(surface, facet));
-        if (criteria_.may_repair(largest.ball_radius)) to_refine.push_back(largest);
-    };
-    for (const Defect& defect : analyse_topology(surface.mesh).defects) refine_largest(defect.facets);
-    // A touch that no facet uses is a defect as well: Ŝ is too coarse to see what was touched.
-    // But it may be a false touch, which nothing will ever join to Ŝ: on a machine, touches around it are not for nothing.
-    for (const std::uint32_t sample : unrepresented(surface)) {
-        if (++repairs_[sample] <= kMaxRepairs) refine_largest(facets_near(surface, sample));
-    }
-    std::sort(to_refine.rbegin(), to_refine.rend());
     bool changed = false;
-    for (const Bad& ball : to_refine) changed |= refine(ball, Touch::Role::repair, criteria_.repair_spacing());
+    for (const SurfaceBall& ball : repair_.balls(extract_surface(state_)))
+        changed |= refine(ball, Touch::Role::repair, criteria_.repair_spacing());
     return changed;
 }
 
@@ -264,19 +326,14 @@ bool Run::refine_facets() {
         return rf != rg ? rf > rg : f.facet < g.facet;
     });
     // By crossing, not by edge: an insertion may move or remove the next one.
-    std::vector<Bad> balls;
-    for (const BadFacet& f : facets) balls.push_back(ball_of(surface, f.facet));
+    std::vector<SurfaceBall> balls;
+    for (const BadFacet& f : facets) balls.push_back(ball_of(state_, surface.dual_edges[f.facet]));
     bool changed = false;
     for (std::size_t k = 0; k < facets.size(); ++k) changed |= refine(balls[k], Touch::Role::refinement, facets[k].spacing);
     return changed;
 }
 
-Run::Bad Run::ball_of(const RestrictedSurface& surface, std::uint32_t facet) const {
-    const CrossingId id = state_.crossing_id(surface.dual_edges[facet]);
-    return {surface.ball_radii[facet], id, state_.generation_of(id)};
-}
-
-bool Run::refine(const Bad& ball, Touch::Role role, double spacing) {
+bool Run::refine(const SurfaceBall& ball, Touch::Role role, double spacing) {
     const auto e = state_.edge_of(ball.id, ball.generation);
     if (!e) return false;
     if (state_.crossing(*e).inferred) {
@@ -309,35 +366,6 @@ bool Run::is_budget_used_up() {
     return false;
 }
 
-std::vector<std::uint32_t> Run::facets_near(const RestrictedSurface& surface, std::uint32_t sample) const {
-    std::vector<std::uint32_t> neighbors;
-    state_.adjacent_samples(sample, neighbors);
-    std::sort(neighbors.begin(), neighbors.end());
-    std::vector<std::uint32_t> facets;
-    for (std::uint32_t facet = 0; facet < surface.mesh.triangles.size(); ++facet) {
-        const auto& t = surface.mesh.triangles[facet];
-        const auto is_near = [&](std::uint32_t v) { return std::binary_search(neighbors.begin(), neighbors.end(), surface.sample_of[v]); };
-        if (std::any_of(t.begin(), t.end(), is_near)) facets.push_back(facet);
-    }
-    return facets;
-}
-
-std::vector<BadPlace> Run::bad_places(const RestrictedSurface& surface, const Topology& topology) const {
-    std::vector<BadPlace> places;
-    for (const Defect& defect : topology.defects) {
-        constexpr std::array<const char*, 4> kWhat = {"boundary edge", "non-manifold edge", "inconsistently oriented edge", "split vertex"};
-        double largest = 0;
-        for (const std::uint32_t facet : defect.facets) largest = std::max(largest, surface.ball_radii[facet]);
-        places.push_back({(surface.mesh.points[defect.vertices[0]] + surface.mesh.points[defect.vertices[1]]) / 2,
-                          kWhat.at(static_cast<std::size_t>(defect.kind)), largest});
-    }
-    const std::string unused = "touch that no facet uses; if it is on a component of its own, give probing.seed_rays a ray to it";
-    for (const std::uint32_t sample : unrepresented(surface)) {
-        places.push_back({state_.sample(sample), unused, options_.epsilon * options_.refinement_floor});
-    }
-    return places;
-}
-
 double Run::estimate_fraction() {
     const std::vector<Touch>& touches = tool_.touches();
     for (; touches_seen_ < touches.size(); ++touches_seen_) {
@@ -356,7 +384,7 @@ void Run::report() {
     Progress progress;
     progress.samples = state_.sample_count();
     progress.probes = tool_.account().probes();
-    progress.worst_ball_radius = bad_.empty() ? options_.epsilon : bad_.front().ball_radius;
+    progress.worst_ball_radius = bad_.empty() ? options_.epsilon : bad_.front().radius;
     progress.epsilon = options_.epsilon;
     progress.open_edges = exploration_.open_count() + (growth_ ? growth_->open_count() : 0);
     progress.fraction_done = estimate_fraction();
@@ -373,7 +401,12 @@ Result Run::result() {
     Evidence evidence;
     evidence.max_ball_radius = result.max_ball_radius;
     evidence.components = result.topology.components;
-    evidence.unrepresented_touches = unrepresented(surface).size();
+    Repair::Findings found = repair_.findings(surface, result.topology, effort_);
+    evidence.unrepresented_touches = found.unrepresented_touches;
+    evidence.unresolved_places = found.unresolved_places;
+    evidence.minor_places = found.thin_places.size();
+    evidence.torn_components = found.torn_components;
+    evidence.given_up = effort_.given_up().size();
     evidence.open_edges = exploration_.open_count();
     evidence.stopped_by = stopped_by_;
     evidence.has_facet_criteria = criteria_.look_at_facets();
@@ -388,8 +421,10 @@ Result Run::result() {
     }
     result.certificate = certify(options_, result.topology, evidence);
     // A front that a budget stopped has open edges everywhere, and no epsilon would mend them.
-    if (result.certificate.status == Certificate::Status::incomplete && stopped_by_.empty())
-        result.bad_places = bad_places(surface, result.topology);
+    if (stopped_by_.empty()) {
+        if (result.certificate.status == Certificate::Status::incomplete) result.bad_places = std::move(found.bad_places);
+        result.thin_places = std::move(found.thin_places);
+    }
     result.touches = tool_.touches();
     result.samples = state_.sample_count();
     result.lower_bound_samples = lower_bound_samples(surface_area(surface.mesh), options_.epsilon);

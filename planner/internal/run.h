@@ -1,19 +1,22 @@
 // One run of the planner: state, tool, exploration and criteria wired into the loop of thesis 8.2.
 #pragma once
 
-#include <map>
 #include <optional>
 #include <set>
 #include <string>
 #include <vector>
 
 #include "planner/criteria.h"
+#include "planner/internal/effort.h"
 #include "planner/internal/exploration.h"
 #include "planner/internal/facet_quality.h"
 #include "planner/internal/growth.h"
 #include "planner/internal/maintained_delaunay.h"
+#include "planner/internal/repair.h"
 #include "planner/internal/restricted_surface.h"
 #include "planner/internal/seeding.h"
+#include "planner/internal/surface_ball.h"
+#include "planner/internal/thin_walls.h"
 #include "planner/internal/tool.h"
 #include "planner/prober.h"
 
@@ -30,22 +33,20 @@ public:
     [[nodiscard]] Result result();
 
 private:
-    // A surface Delaunay ball, by its crossing: insertions move and remove edges.
-    struct Bad {
-        double ball_radius = 0.0;
-        CrossingId id = kNoCrossing;
-        std::uint32_t generation = 0;
-
-        // Largest ball first; among equals the first found.
-        friend bool operator<(const Bad& x, const Bad& y) {
-            return x.ball_radius != y.ball_radius ? x.ball_radius < y.ball_radius : x.id > y.id;
-        }
-    };
-
     void probe_all();
+    // Probes the edge, unless too much led to nothing there.
+    void explore(DirectedEdge e);
     void probe(DirectedEdge e);
     [[nodiscard]] std::optional<Tool::Expected> known_crossing(DirectedEdge e) const;
     void on_contact(DirectedEdge e);
+    void note_touches();
+    // What a clear edge that starts at that node was touched at from its other end, if it was and not at the node itself.
+    [[nodiscard]] std::optional<Crossing> touched_from_other_end(DirectedEdge e, NodeId start) const;
+    // Throws ContradictionError if S is not where it was touched any more.
+    void expect_graze(const Crossing& touched);
+    // A probe of that facet's dual edge took it out of Ŝ.
+    void note_lost(const std::array<std::uint32_t, 3>& facet, DirectedEdge e);
+    void insert_bad(DirectedEdge crossing);
     void insert(DirectedEdge crossing, Touch::Role role, double spacing);
     void add_sample(const Point& p, CellId near, std::uint32_t touch, Touch::Role role);
     // The sample that a step of the front found, if it found one.
@@ -63,15 +64,10 @@ private:
     // Refines the facets of a closed Ŝ that do not fulfil the criteria of sizing and angles. False if there are none.
     bool refine_facets();
     [[nodiscard]] std::vector<BadFacet> bad_facets(const RestrictedSurface& surface) const;
-    [[nodiscard]] Bad ball_of(const RestrictedSurface& surface, std::uint32_t facet) const;
     // Inserts the ball's centre, or has it touched first if it was inferred. False if it is gone.
-    bool refine(const Bad& ball, Touch::Role role, double spacing);
+    bool refine(const SurfaceBall& ball, Touch::Role role, double spacing);
     // Between two actions, if a budget was given.
     [[nodiscard]] bool is_budget_used_up();
-    // The facets of Ŝ at the Delaunay neighbours of a sample.
-    [[nodiscard]] std::vector<std::uint32_t> facets_near(const RestrictedSurface& surface, std::uint32_t sample) const;
-    [[nodiscard]] std::vector<std::uint32_t> unrepresented(const RestrictedSurface& surface) const;
-    [[nodiscard]] std::vector<BadPlace> bad_places(const RestrictedSurface& surface, const Topology& topology) const;
     void report();
     [[nodiscard]] double estimate_fraction();
 
@@ -79,17 +75,20 @@ private:
     const Options& options_;
     const Observer& observer_;
     const Criteria criteria_;
+    ThinWalls walls_;
+    Effort effort_;
+    Repair repair_;
     MaintainedDelaunay state_;
     Tool tool_;
     Exploration exploration_;
-    std::optional<Growth> growth_;          // with a bound on the reach
-    std::vector<Bad> bad_;                  // heap
-    std::set<std::uint32_t> faceted_;       // first touches that were given a seed facet, or for which that was tried
-    std::map<std::uint32_t, int> repairs_;  // of Ŝ around touches that no facet used
+    std::optional<Growth> growth_;     // with a bound on the reach
+    std::vector<SurfaceBall> bad_;     // heap
+    std::set<std::uint32_t> faceted_;  // first touches that were given a seed facet, or for which that was tried
     std::size_t max_samples_ = 0;
     Point touched_min_;
     Point touched_max_;
     std::size_t touches_seen_ = 0;
+    std::size_t touches_noted_ = 0;
     double fraction_done_ = 0.0;
     std::string stopped_by_;  // the budget that was used up
 };

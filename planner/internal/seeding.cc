@@ -16,6 +16,8 @@ namespace {
 
 // Rays from ω towards its centre that are tried before the object counts as not touched by them.
 constexpr int kMaxRays = 256;
+// After so many tries, rays go elsewhere as well.
+constexpr int kCentred = 8;
 // First touches besides the seed facets that the triangulation starts with. More cost travel around ω and change
 // nothing that lasts; fewer leave the first Voronoi edges long.
 constexpr std::size_t kExtraTouches = 3;
@@ -101,6 +103,12 @@ private:
         return {samples_.front() + context_.options.epsilon * approaches_.front(), -spread_direction(k)};
     }
 
+    // Through a place anywhere in ω: a plate through the centre is touched only there by rays to the centre.
+    [[nodiscard]] Ray ray_aside(int k) const {
+        const Vector aside = (0.2 + 0.6 * (k % 8) / 8) * context_.workspace.radius() * spread_direction(kMaxRays + k);
+        return {context_.workspace.center() + aside, -spread_direction(k)};
+    }
+
     void add(const Tool::Answer& answer, const Ray& ray) {
         samples_.push_back(answer.position);
         touches_.push_back(answer.touch);
@@ -143,7 +151,7 @@ private:
     void add_others() {
         std::size_t wanted = samples_.size() + kExtraTouches;
         for (int k = 0; k < kMaxRays && (samples_.size() < wanted || !spans_space()); ++k) {
-            const Ray ray = k % 2 == 0 ? centre_ray(next_ray_++) : ray_below_first_touch(k);
+            const Ray ray = k >= kCentred && k % 4 == 0 ? ray_aside(k) : k % 2 == 0 ? centre_ray(next_ray_++) : ray_below_first_touch(k);
             const auto first = touch(context_, ray);
             if (first && is_spaced(first->position)) add(*first, ray);
             // A small or thin object may not have that many: after a while, enough is enough.
@@ -187,14 +195,20 @@ std::optional<std::array<Tool::Answer, 2>> touch_beside(const Context& context, 
     const Vector side = approach.unitOrthogonal();
     const Vector sixty_degrees = 0.5 * side + std::numbers::sqrt3 / 2 * approach.cross(side);
     double spacing = kRaySpacing * context.options.epsilon;
+    // At corners and edges of other samples' seed facets, and on faces that mirror each other, touches meet samples.
+    const auto is_spaced = [&](const Point& p) {
+        const MaintainedDelaunay& state = context.state;
+        return (state.sample(state.nearest_sample(p, state.cell_at(0))) - p).norm() >= kSeedSpacing * context.options.epsilon;
+    };
     for (int attempt = 0; attempt <= kMaxHalvings; ++attempt, spacing /= 2) {
         // At an edge of the object one side may fall off: every other attempt goes to the opposite side. The rays may end
         // deeper than the first touch, but no deeper than a near touch can lie.
         const double sign = attempt % 2 == 0 ? 1 : -1;
         const auto second = touch(context, {first + sign * spacing * side, approach, near});
-        if (!second || (second->position - first).norm() > near) continue;
+        if (!second || (second->position - first).norm() > near || !is_spaced(second->position)) continue;
         const auto third = touch(context, {first + sign * spacing * sixty_degrees, approach, near});
         if (!third || (third->position - first).norm() > near || (third->position - second->position).norm() > near) continue;
+        if (!is_spaced(third->position)) continue;
         return std::array{*second, *third};
     }
     return std::nullopt;

@@ -12,15 +12,10 @@ constexpr std::int64_t kMaxRing = 4;
 
 }  // namespace
 
-std::size_t TaskGrid::Hash::operator()(const Cell& c) const {
+std::size_t TaskGrid::Hash::operator()(const GridCell& c) const {
     std::uint64_t h = 0;
     for (const std::int64_t x : c) h = (h ^ static_cast<std::uint64_t>(x)) * 0x9e3779b97f4a7c15U;
     return static_cast<std::size_t>(h ^ (h >> 32U));
-}
-
-TaskGrid::Cell TaskGrid::cell_of(const Point& p) const {
-    const auto index = [&](double x) { return static_cast<std::int64_t>(std::floor(x / cell_size_)); };
-    return {index(p.x()), index(p.y()), index(p.z())};
 }
 
 void TaskGrid::add(const Task& task) {
@@ -40,7 +35,7 @@ void TaskGrid::remove(const Task& task) {
 std::optional<Task> TaskGrid::take_nearest(const Point& p) {
     using Rank = std::tuple<double, std::array<std::uint32_t, 3>>;
     std::optional<Rank> best;
-    std::unordered_map<Cell, std::vector<Task>, Hash>::iterator where;
+    std::unordered_map<GridCell, std::vector<Task>, Hash>::iterator where;
     std::size_t index = 0;
     const auto look = [&](const auto& cell) {
         for (std::size_t k = 0; k < cell->second.size(); ++k) {
@@ -52,7 +47,7 @@ std::optional<Task> TaskGrid::take_nearest(const Point& p) {
             index = k;
         }
     };
-    const Cell centre = cell_of(p);
+    const GridCell centre = cell_of(p);
     bool found = false;
     for (std::int64_t ring = 0; ring <= kMaxRing && size_ > 0; ++ring) {
         for (std::int64_t x = -ring; x <= ring; ++x) {

@@ -8,6 +8,7 @@
 #include <vector>
 
 #include "planner/geometry.h"
+#include "planner/internal/grid_cell.h"
 #include "planner/internal/maintained_delaunay.h"
 
 namespace palpate {
@@ -37,14 +38,13 @@ public:
     [[nodiscard]] std::size_t size() const { return size_; }
 
 private:
-    using Cell = std::array<std::int64_t, 3>;
     struct Hash {
-        std::size_t operator()(const Cell& c) const;
+        std::size_t operator()(const GridCell& c) const;
     };
-    [[nodiscard]] Cell cell_of(const Point& p) const;
+    [[nodiscard]] GridCell cell_of(const Point& p) const { return grid_cell(p, cell_size_); }
 
     const double cell_size_;
-    std::unordered_map<Cell, std::vector<Task>, Hash> cells_;
+    std::unordered_map<GridCell, std::vector<Task>, Hash> cells_;
     std::size_t size_ = 0;
 };
 

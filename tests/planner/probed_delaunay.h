@@ -124,6 +124,15 @@ public:
         std::set_difference(facets_before.begin(), facets_before.end(), facets_after.begin(), facets_after.end(),
                             std::inserter(gone, gone.end()));
         ASSERT_EQ(lost, gone);
+        // What came into Ŝ was there before, crossed twice.
+        std::set<std::array<std::uint32_t, 3>> gained;
+        for (const DirectedEdge e : insertion.gained)
+            ASSERT_TRUE(gained.insert(in_order(state_.facet_samples(e))).second) << "gained twice";
+        std::set<std::array<std::uint32_t, 3>> come;
+        std::set_difference(facets_after.begin(), facets_after.end(), facets_before.begin(), facets_before.end(),
+                            std::inserter(come, come.end()));
+        std::erase_if(come, [&](const auto& facet) { return facet[2] == insertion.sample; });
+        ASSERT_EQ(gained, come);
     }
 
     // The facets of Ŝ, each with its samples in order.
@@ -132,7 +141,7 @@ public:
         for (CellId cell = 0; cell < state_.cell_slots(); ++cell) {
             if (!state_.is_live(cell)) continue;
             for (int i = 0; i < 4; ++i) {
-                if (state_.recorded_state({cell, i}) != EdgeState::crossing) continue;
+                if (state_.recorded_state({cell, i}) != EdgeState::crossing || state_.is_double({cell, i})) continue;
                 auto facet = state_.facet_samples({cell, i});
                 std::sort(facet.begin(), facet.end());
                 facets.insert(facet);
