@@ -238,6 +238,13 @@ void Run::add_sample(const Point& p, CellId near, std::uint32_t touch, Touch::Ro
     effort_.note_sample(p);
     if (growth_) growth_->note_insertion(insertion, tool_.touches()[touch]);
     exploration_.note_insertion(insertion);
+    // What is left of an edge that was crossed twice was not looked at by itself.
+    for (const DirectedEdge e : insertion.gained) {
+        const Crossing& left = state_.crossing(e);
+        if (left.inferred || !criteria_.is_bad(left.ball_radius, left.near)) continue;
+        bad_.push_back(ball_of(state_, e));
+        std::push_heap(bad_.begin(), bad_.end());
+    }
     if (observer_.on_insertion) observer_.on_insertion(state_);
 }
 
