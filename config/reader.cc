@@ -144,8 +144,8 @@ Options read_probing(Section& section) {
                  [&](Section& ray) { options.seed_rays.push_back(read_seed_ray(ray)); });
     options.refinement_floor = section.number({"refinement_floor",
                                                "where the mesh is not manifold, or a wall is thinner than samples show, balls are refined "
-                                               "down to this fraction of epsilon; walls "
-                                               "thinner than 1.7 times that stay out of the mesh and are named"},
+                                               "down to this fraction of epsilon; walls thinner than 1.7 times that stay out of the mesh "
+                                               "and are named"},
                                               kFloorBounds, options.refinement_floor);
     section.mapping({"sizing", "where smaller facets are wanted than epsilon asks for", Need::optional, "", "none"},
                     [&](Section& inner) { options.sizing = read_sizing(inner); });

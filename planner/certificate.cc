@@ -106,11 +106,8 @@ Premise thickness_premise(const Evidence& evidence) {
     if (evidence.unresolved_places > 0) {
         return {name, State::refuted, text("at ", evidence.unresolved_places, " places; the mesh does not have O's topology there")};
     }
-    if (evidence.minor_places > 0) {
-        return {name, State::refuted,
-                text("at ", evidence.minor_places, " places the mesh leaves out a sharp edge or a wall, less than epsilon of it")};
-    }
-    return {name, State::checked, "S meets no dual edge of a facet twice, as far as it was probed"};
+    return {name, State::refuted,
+            text("at ", evidence.minor_places, " places the mesh leaves out a sharp edge or a wall, less than epsilon of it")};
 }
 
 bool holds(const Premise& premise) { return premise.state == State::checked || premise.state == State::assumed; }
@@ -129,8 +126,7 @@ Certificate certify(const Options& options, const Topology& topology, const Evid
                             reach,
                             {"the workspace contains the object", State::assumed, "by the user"},
                             touch_premise(options, evidence)};
-    const Premise thickness = thickness_premise(evidence);
-    if (!holds(thickness)) certificate.premises.push_back(thickness);
+    if (evidence.unresolved_places + evidence.minor_places > 0) certificate.premises.push_back(thickness_premise(evidence));
     if (evidence.reach) certificate.premises.push_back(inference_premise(options, *evidence.reach));
     const bool guesses = evidence.reach && evidence.reach->inferred > 0 && !holds(certificate.premises.back());
     if (evidence.has_facet_criteria) certificate.premises.push_back(facet_premise(evidence));

@@ -435,9 +435,18 @@ Point MaintainedDelaunay::probe_target(DirectedEdge e, const EdgeSpan& along) co
     return !along.ends_on_boundary && is_free(target) ? roadmap_.at(node(target)) : along.end_point();
 }
 
+std::optional<Crossing> MaintainedDelaunay::grazed(DirectedEdge e, NodeId start) const {
+    const DirectedEdge back = opposite(e);
+    if (recorded_state(back) != EdgeState::crossing) return std::nullopt;
+    const Crossing& touched = crossing(back);
+    const bool is_at_start = (touched.near - roadmap_.at(start)).norm() <= kSamePlace * workspace_.radius();
+    if (touch_error_ == 0 && is_at_start) return std::nullopt;
+    return touched;
+}
+
 NodeId MaintainedDelaunay::learn_clear(DirectedEdge e, const EdgeSpan& along, NodeId start, const Point& end) {
     const DirectedEdge back = opposite(e);
-    if (record(back).state == EdgeState::crossing && (touch_error_ > 0 || !is_same_place(crossing(back).near, roadmap_.at(start)))) {
+    if (grazed(e, start)) {
         ++grazes_;
         drop_crossing(record(back));
     }

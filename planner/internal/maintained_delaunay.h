@@ -152,7 +152,6 @@ public:
     }
     // Whether S was met from both ends of the edge, at two places: it crosses the edge twice, and the facet is not in Ŝ.
     [[nodiscard]] bool is_double(DirectedEdge e) const;
-    [[nodiscard]] bool is_same_place(const Point& p, const Point& q) const { return (p - q).norm() <= kSamePlace * workspace_.radius(); }
     // How far apart those places are, mm. REQUIRES: is_double(e).
     [[nodiscard]] double thickness(DirectedEdge e) const { return (crossing(e).near - crossing(opposite(e)).near).norm(); }
     // Whether some facet at the sample has a dual edge that S crosses twice.
@@ -182,8 +181,11 @@ public:
     NodeId probe_start(DirectedEdge e, const EdgeSpan& along);
     // Where such a probe aims: the far end, exactly where the tool has been if it has.
     [[nodiscard]] Point probe_target(DirectedEdge e, const EdgeSpan& along) const;
-    // The whole edge turned out free. Returns the node where the tool is now, at `end`. If the edge was touched from its other end, not at
-    // `start` itself, S only grazes it, and the later answer holds.
+    // What a clear edge that is passed from that node takes back: the touch from its other end, which S then only grazes; but not an exact
+    // touch at the node itself, where S passes through.
+    [[nodiscard]] std::optional<Crossing> grazed(DirectedEdge e, NodeId start) const;
+    // The whole edge turned out free. Returns the node where the tool is now, at `end`. What it grazed is taken back: the later answer
+    // holds.
     NodeId learn_clear(DirectedEdge e, const EdgeSpan& along, NodeId start, const Point& end);
     // A probe of the edge had no answer, or one that nothing can be made of.
     void note_failed(DirectedEdge e) {

@@ -92,10 +92,13 @@ bool Repair::is_vouched(std::uint32_t sample) const {
 std::vector<SamplePair> Repair::torn_apart(const RestrictedSurface& surface) const {
     const TriangleMesh& mesh = surface.mesh;
     UnionFind components(mesh.points.size());
+    std::size_t count = mesh.points.size();
+    const auto join = [&](std::uint32_t v, std::uint32_t w) { count -= components.join(v, w) ? 1 : 0; };
     for (const auto& t : mesh.triangles) {
-        components.join(t[0], t[1]);
-        components.join(t[1], t[2]);
+        join(t[0], t[1]);
+        join(t[1], t[2]);
     }
+    if (count < 2) return {};
     std::vector<bool> vouched(mesh.points.size());
     for (std::uint32_t v = 0; v < mesh.points.size(); ++v) {
         if (is_vouched(surface.sample_of[v])) vouched[components.root(v)] = true;

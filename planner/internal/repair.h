@@ -44,8 +44,6 @@ public:
 
 private:
     [[nodiscard]] bool is_worth_it(const SurfaceBall& ball);
-    // The facets of Ŝ at the Delaunay neighbours of a sample.
-    [[nodiscard]] std::vector<std::uint32_t> facets_near(const RestrictedSurface& surface, std::uint32_t sample) const;
     // Whether the user gave a ray to the sample.
     [[nodiscard]] bool is_vouched(std::uint32_t sample) const;
     // Of components of Ŝ that nobody vouches for and that are near another: the nearest samples. What joins them may pass between samples,

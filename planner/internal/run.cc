@@ -139,7 +139,7 @@ void Run::probe(DirectedEdge e) {
         if (const auto inferred = state_.inferred(e)) growth_->withdraw(*inferred, Point(state_.crossing(*inferred).far));
         const CellId far_cell = state_.neighbor(e);
         const bool was_free = state_.is_free(far_cell);
-        const std::optional<Crossing> graze = touched_from_other_end(e, start);
+        const std::optional<Crossing> graze = state_.grazed(e, start);
         tool_.arrive(state_.learn_clear(e, *along, start, answer.position));
         if (was_in_surface && !state_.in_surface(e)) note_lost(facet, e);
         if (!was_free) exploration_.note_free(far_cell);
@@ -151,14 +151,6 @@ void Run::probe(DirectedEdge e) {
 void Run::note_lost(const std::array<std::uint32_t, 3>& facet, DirectedEdge e) {
     exploration_.note_lost(facet);
     if (growth_) growth_->note_crossing(e);
-}
-
-std::optional<Crossing> Run::touched_from_other_end(DirectedEdge e, NodeId start) const {
-    const DirectedEdge back = state_.opposite(e);
-    if (state_.recorded_state(back) != EdgeState::crossing || state_.crossing(back).inferred) return std::nullopt;
-    const Crossing& touched = state_.crossing(back);
-    if (state_.is_same_place(touched.near, state_.roadmap().at(start))) return std::nullopt;
-    return touched;
 }
 
 // An edge was touched from one end and found clear from the other. Either rounding has put the two ways on two sides of S, which it grazes;
@@ -206,10 +198,14 @@ void Run::on_contact(DirectedEdge e) {
         // The thesis knows no thin walls: they are refined at once, whatever the order of the rest.
         insert_bad(worst);
     } else {
-        bad_.push_back(ball_of(state_, worst));
-        std::push_heap(bad_.begin(), bad_.end());
+        note_bad(worst);
         exploration_.note_crossing(e);
     }
+}
+
+void Run::note_bad(DirectedEdge crossing) {
+    bad_.push_back(ball_of(state_, crossing));
+    std::push_heap(bad_.begin(), bad_.end());
 }
 
 void Run::insert_bad(DirectedEdge crossing) {
@@ -241,9 +237,7 @@ void Run::add_sample(const Point& p, CellId near, std::uint32_t touch, Touch::Ro
     // What is left of an edge that was crossed twice was not looked at by itself.
     for (const DirectedEdge e : insertion.gained) {
         const Crossing& left = state_.crossing(e);
-        if (left.inferred || !criteria_.is_bad(left.ball_radius, left.near)) continue;
-        bad_.push_back(ball_of(state_, e));
-        std::push_heap(bad_.begin(), bad_.end());
+        if (!left.inferred && criteria_.is_bad(left.ball_radius, left.near)) note_bad(e);
     }
     if (observer_.on_insertion) observer_.on_insertion(state_);
 }

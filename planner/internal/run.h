@@ -40,12 +40,12 @@ private:
     [[nodiscard]] std::optional<Tool::Expected> known_crossing(DirectedEdge e) const;
     void on_contact(DirectedEdge e);
     void note_touches();
-    // What a clear edge that starts at that node was touched at from its other end, if it was and not at the node itself.
-    [[nodiscard]] std::optional<Crossing> touched_from_other_end(DirectedEdge e, NodeId start) const;
     // Throws ContradictionError if S is not where it was touched any more.
     void expect_graze(const Crossing& touched);
     // A probe of that facet's dual edge took it out of Ŝ.
     void note_lost(const std::array<std::uint32_t, 3>& facet, DirectedEdge e);
+    // A bad ball: waits until it is the worst, or becomes a sample at once.
+    void note_bad(DirectedEdge crossing);
     void insert_bad(DirectedEdge crossing);
     void insert(DirectedEdge crossing, Touch::Role role, double spacing);
     void add_sample(const Point& p, CellId near, std::uint32_t touch, Touch::Role role);

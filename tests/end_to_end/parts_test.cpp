@@ -9,6 +9,7 @@
 #include "sim/workspace_fit.h"
 #include "tests/end_to_end/random_parts.h"
 #include "tests/end_to_end/subjects.h"
+#include "tests/off_text.h"
 #include "tests/random.h"
 
 namespace palpate {
@@ -56,11 +57,7 @@ class TemporaryFile {
 public:
     TemporaryFile(const TriangleMesh& mesh, const std::string& name)
         : path_(std::filesystem::temp_directory_path() / (name + std::to_string(::getpid()) + ".off")) {
-        std::ofstream out(path_);
-        out.precision(17);
-        out << "OFF\n" << mesh.points.size() << ' ' << mesh.triangles.size() << " 0\n";
-        for (const Point& p : mesh.points) out << p.x() << ' ' << p.y() << ' ' << p.z() << '\n';
-        for (const auto& [a, b, c] : mesh.triangles) out << "3 " << a << ' ' << b << ' ' << c << '\n';
+        std::ofstream(path_) << off_text(mesh);
     }
     TemporaryFile(const TemporaryFile&) = delete;
     TemporaryFile& operator=(const TemporaryFile&) = delete;

@@ -31,6 +31,17 @@ Polygon regular(int corners, double radius, double turned = 0, double x = 0, dou
     return polygon;
 }
 
+// Corners at even angles, at the distances from the origin that radius(k) says.
+template <typename Radius>
+Polygon around(int corners, const Radius& radius) {
+    Polygon polygon;
+    for (int k = 0; k < corners; ++k) {
+        const double angle = kTwoPi * k / corners;
+        polygon.push_back({radius(k) * std::cos(angle), radius(k) * std::sin(angle)});
+    }
+    return polygon;
+}
+
 // The first polygon is the outline, counter-clockwise; the others are holes.
 TriangleMesh extruded(const std::vector<Polygon>& polygons, double height) {
     using K = CGAL::Exact_predicates_inexact_constructions_kernel;
@@ -258,26 +269,16 @@ private:
         const int points = count(3, 8);
         const double outer = uniform(0.35, 0.5);
         const double inner = outer * uniform(0.25, 0.7);
-        Polygon polygon;
-        for (int k = 0; k < 2 * points; ++k) {
-            const double r = k % 2 == 0 ? outer : inner;
-            polygon.push_back({r * std::cos(std::numbers::pi * k / points), r * std::sin(std::numbers::pi * k / points)});
-        }
         part_.feature = 0;
-        part_.mesh = extruded({polygon}, uniform(0.1, 0.5));
+        part_.mesh = extruded({around(2 * points, [&](int k) { return k % 2 == 0 ? outer : inner; })}, uniform(0.1, 0.5));
     }
     void gear() {
         part_.kind = "gear";
         const int teeth = count(6, 16);
         const double outer = uniform(0.35, 0.5);
         const double inner = outer * uniform(0.75, 0.9);
-        Polygon polygon;
-        for (int k = 0; k < 4 * teeth; ++k) {
-            const double r = k % 4 < 2 ? outer : inner;
-            polygon.push_back({r * std::cos(kTwoPi * k / (4 * teeth)), r * std::sin(kTwoPi * k / (4 * teeth))});
-        }
         part_.feature = kTwoPi * inner / (4 * teeth);
-        std::vector<Polygon> polygons{polygon};
+        std::vector<Polygon> polygons{around(4 * teeth, [&](int k) { return k % 4 < 2 ? outer : inner; })};
         if (random_.chance(0.5)) {
             const double bore = inner * uniform(0.2, 0.6);
             polygons.push_back(regular(24, bore));

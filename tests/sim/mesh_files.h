@@ -13,6 +13,7 @@
 #include "planner/geometry.h"
 #include "sim/errors.h"
 #include "sim/mesh_object.h"
+#include "tests/off_text.h"
 
 namespace palpate {
 
@@ -33,16 +34,7 @@ protected:
         return std::filesystem::path(PALPATE_TEST_DATA) / "cases" / name;
     }
     [[nodiscard]] std::filesystem::path write_off(const std::string& name, const TriangleMesh& mesh) const {
-        return write(name, off(mesh));
-    }
-
-    static std::string off(const TriangleMesh& mesh) {
-        std::ostringstream text;
-        text.precision(17);
-        text << "OFF\n" << mesh.points.size() << " " << mesh.triangles.size() << " 0\n";
-        for (const Point& p : mesh.points) text << p.transpose() << "\n";
-        for (const auto& [a, b, c] : mesh.triangles) text << "3 " << a << " " << b << " " << c << "\n";
-        return text.str();
+        return write(name, off_text(mesh));
     }
 
     static std::string message_of(const MeshSpec& spec) {

@@ -103,7 +103,7 @@ TEST_F(MeshFiles, RefusesFilesThatCannotBeRead) {
     expect_contains(message_of({write("empty.off", "")}), "file is empty");
     expect_contains(message_of({write("mesh.xyz", "1 2 3\n")}), "unknown mesh format");
     expect_contains(message_of({write("text.ply", "this is not a ply file\n")}), "text.ply: line 1: 'this' where 'ply' was expected");
-    expect_contains(message_of({write("cut.off", off(tetrahedron()).substr(0, 25))}),
+    expect_contains(message_of({write("cut.off", off_text(tetrahedron()).substr(0, 25))}),
                     "cut.off: line 5: the file ends where a coordinate was expected");
     expect_contains(message_of({write("points.off", "OFF\n1 0 0\n0 0 0\n")}), "points.off: holds no faces");
     expect_contains(message_of({write("huge.off", "OFF\n999999999 999999999 0\n0 0 0\n")}),

@@ -6,6 +6,7 @@
 
 #include "sim/internal/mesh_formats/formats.h"
 #include "sim/internal/mesh_formats/text_scanner.h"
+#include "sim/internal/message_text.h"
 
 namespace palpate {
 namespace {
@@ -61,10 +62,7 @@ private:
         return from_zero;
     }
 
-    [[nodiscard]] std::string out_of_range(std::int64_t index) const {
-        return "a face names point " + std::to_string(index) + ", but there are " + std::to_string(soup_.points.size()) +
-               ", counted from 1";
-    }
+    [[nodiscard]] std::string out_of_range(std::int64_t index) const { return no_such_point(index, soup_.points.size(), 1); }
 
     struct Farthest {
         std::uint32_t index;

@@ -40,12 +40,6 @@ std::optional<std::size_t> extras_of(std::string_view keyword) {
     return extras;
 }
 
-std::size_t read_count(const TextScanner& in, std::string_view word, std::string_view expected) {
-    const std::int64_t count = in.whole(word, expected);
-    if (count < 0) in.refuse_word(word, expected);
-    return static_cast<std::size_t>(count);
-}
-
 Header read_header(TextScanner& in) {
     Header header;
     std::string_view word = in.word();
@@ -59,18 +53,12 @@ Header read_header(TextScanner& in) {
     } else if (word.empty() || word.find_first_not_of("0123456789") != std::string_view::npos) {  // the keyword may be missing
         in.refuse_word(word, "'OFF'");
     }
-    header.points = read_count(in, word, "the number of points");
+    header.points = in.count(word, "the number of points");
     const std::size_t line = in.line();
-    header.faces = read_count(in, in.word(), "the number of faces");
+    header.faces = in.count(in.word(), "the number of faces");
     // The count of edges may be missing, which only the end of the line shows. Words that are broken over lines are complete.
     if (in.line() != line || !in.at_line_end()) (void)in.whole(in.word(), "the number of edges");
     return header;
-}
-
-std::size_t count_lines(TextScanner in) {
-    std::size_t lines = 0;
-    for (; !in.word().empty(); ++lines) in.skip_line();
-    return lines;
 }
 
 // Does the line of each point hold coordinates, and that of each face the corners that it announces?
@@ -96,9 +84,7 @@ bool has_a_line_for_each(const TextScanner& in, const Header& header) {
 
 std::uint32_t read_corner(const TextScanner& in, std::string_view word, std::size_t points) {
     const std::int64_t index = in.whole(word, "the index of a point");
-    if (index < 0 || static_cast<std::size_t>(index) >= points) {
-        in.refuse("a face names point " + std::to_string(index) + ", but there are " + std::to_string(points) + ", counted from 0");
-    }
+    if (index < 0 || static_cast<std::size_t>(index) >= points) in.refuse(no_such_point(index, points, 0));
     return static_cast<std::uint32_t>(index);
 }
 
@@ -124,7 +110,7 @@ PolygonSoup read_off(std::string_view bytes) {
     }
     for (std::size_t i = 0; i < header.faces; ++i) {
         auto& polygon = soup.polygons.emplace_back();
-        const std::size_t corners = read_count(in, in.word(), "the number of corners of a face");
+        const std::size_t corners = in.count(in.word(), "the number of corners of a face");
         for (std::size_t j = 0; j < corners; ++j) polygon.push_back(read_corner(in, next(), header.points));
         if (lines) in.skip_line();
     }

@@ -67,12 +67,8 @@ std::optional<std::endian> read_encoding(TextScanner& in) {
 }
 
 Element read_element(TextScanner& in) {
-    constexpr std::string_view kExpected = "how many there are";
     Element element{read_name(in), 0, {}};
-    const std::string_view word = in.word_on_line();
-    const std::int64_t count = in.whole(word, kExpected);
-    if (count < 0) in.refuse_word(word, kExpected);
-    element.count = static_cast<std::uint64_t>(count);
+    element.count = in.count(in.word_on_line(), "how many there are");
     return element;
 }
 
@@ -145,11 +141,6 @@ public:
     [[noreturn]] void refuse(const std::string& what) const { in_.refuse(what); }
 
 private:
-    static std::uint64_t count_lines(TextScanner in) {
-        std::uint64_t lines = 0;
-        for (; !in.word().empty(); ++lines) in.skip_line();
-        return lines;
-    }
     std::string_view next() {
         const bool anywhere = first_ || !lines_;
         first_ = false;
@@ -266,9 +257,7 @@ private:
 
     std::uint32_t corner(Type type) {
         const std::int64_t index = in_.whole(type, "the index of a point");
-        if (index < 0 || static_cast<std::uint64_t>(index) >= points_) {
-            in_.refuse("a face names point " + std::to_string(index) + ", but there are " + std::to_string(points_) + ", counted from 0");
-        }
+        if (index < 0 || static_cast<std::uint64_t>(index) >= points_) in_.refuse(no_such_point(index, points_, 0));
         return static_cast<std::uint32_t>(index);
     }
 

@@ -127,12 +127,24 @@ std::int64_t TextScanner::whole(std::string_view word, std::string_view expected
     return value;
 }
 
+std::size_t TextScanner::count(std::string_view word, std::string_view expected) const {
+    const std::int64_t value = whole(word, expected);
+    if (value < 0) refuse_word(word, expected);
+    return static_cast<std::size_t>(value);
+}
+
 void TextScanner::refuse_word(std::string_view word, std::string_view expected) const {
     const std::string end = position_ >= text_.size() ? "the file ends" : "the line ends";
     refuse((word.empty() ? end : quoted_word(word)) + " where " + std::string(expected) + " was expected");
 }
 
 void TextScanner::refuse(const std::string& what) const { throw ObjectError("line " + std::to_string(word_line_) + ": " + what); }
+
+std::size_t count_lines(TextScanner in) {
+    std::size_t lines = 0;
+    for (; !in.word().empty(); ++lines) in.skip_line();
+    return lines;
+}
 
 bool equal_words(std::string_view word, std::string_view lower_case) { return std::ranges::equal(word, lower_case, {}, lower); }
 

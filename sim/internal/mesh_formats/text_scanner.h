@@ -31,6 +31,7 @@ public:
     // whole number of 64 bits.
     [[nodiscard]] double coordinate(std::string_view word) const;
     [[nodiscard]] std::int64_t whole(std::string_view word, std::string_view expected) const;
+    [[nodiscard]] std::size_t count(std::string_view word, std::string_view expected) const;  // a whole number that is not negative
 
     [[nodiscard]] std::size_t line() const { return word_line_; }   // of the last word, from 1
     [[nodiscard]] std::size_t offset() const { return position_; }  // bytes before what comes next
@@ -50,6 +51,9 @@ private:
     std::size_t line_ = 1;       // of position_
     std::size_t word_line_ = 1;  // of the last word
 };
+
+// That hold a word, from here on.
+[[nodiscard]] std::size_t count_lines(TextScanner in);
 
 // Without regard to case: some programs write everything in capitals.
 [[nodiscard]] bool equal_words(std::string_view word, std::string_view lower_case);
