@@ -121,10 +121,16 @@ ExitCode run(const SimulateCommand& command, std::ostream& out) {
     const Simulation run = simulate_with_progress(config, scene);
     warn_of_other_truth(run);
     write_file(command.folder / kConfigFile, write_config(config));
-    write_results(command.folder, run.result, to_json(run, config.probing.epsilon), command.up);
+    const std::string files = write_results(command.folder, run.result, to_json(run, config.probing.epsilon), command.picture);
     print_result(run.result, config.probing.epsilon, describe_truth(run), out);
-    out << "written to     " << command.folder.string() << ": config.yaml, mesh.ply, touches.csv, summary.json, picture.png\n";
+    out << "written to     " << command.folder.string() << ": config.yaml, " << files << '\n';
     return run.result.certificate.status == Certificate::Status::incomplete ? ExitCode::incomplete : ExitCode::done;
+}
+
+ExitCode run(const PictureCommand& command, std::ostream& out) {
+    draw_session_picture(command.folder, command.up);
+    out << "written to     " << (command.folder / kPictureFile).string() << '\n';
+    return ExitCode::done;
 }
 
 ExitCode run(const CheckCommand& command, std::ostream& out) {

@@ -7,6 +7,8 @@
 #include <string>
 #include <vector>
 
+#include "tools/results.h"
+
 namespace palpate {
 
 // Stable, for scripts.
@@ -23,7 +25,7 @@ struct SimulateCommand {
     std::filesystem::path folder;
     std::vector<std::string> overrides;
     bool force = false;
-    char up = 'z';  // of the picture
+    PictureChoice picture;
 };
 struct CheckCommand {
     std::filesystem::path config;
@@ -35,13 +37,17 @@ struct ProbeCommand {
     std::filesystem::path folder;
     std::vector<std::string> overrides;
     bool yes = false;  // the operator agrees in advance that the machine moves
-    char up = 'z';
+    PictureChoice picture;
 };
 struct ResumeCommand {
     std::filesystem::path folder;
     std::vector<std::string> overrides;  // how the machine is reached now
     bool replay = false;                 // from the journal alone, without a machine
     bool yes = false;
+    PictureChoice picture;
+};
+struct PictureCommand {
+    std::filesystem::path folder;
     char up = 'z';
 };
 struct TouchCommand {
@@ -82,6 +88,7 @@ ExitCode run(const CheckCommand& command, std::ostream& out);
 ExitCode run(const BenchCommand& command, std::ostream& out);
 ExitCode run(const ProbeCommand& command, std::ostream& out);
 ExitCode run(const ResumeCommand& command, std::ostream& out);
+ExitCode run(const PictureCommand& command, std::ostream& out);
 ExitCode run(const TouchCommand& command, std::ostream& out);
 ExitCode run(const PortsCommand& command, std::ostream& out);
 ExitCode run(const VmCommand& command, std::ostream& out);

@@ -46,16 +46,16 @@ SessionHost host_for(const MachineConfig& machine, bool yes, const StopSignals& 
 }
 
 // Runs a session, says how to go on if it is interrupted, and writes what it found.
-ExitCode run_session(const fs::path& folder, const SessionConfig& config, char up, SessionHost host, std::ostream& out,
+ExitCode run_session(const fs::path& folder, const SessionConfig& config, const PictureChoice& picture, SessionHost host, std::ostream& out,
                      MachineRun (*session)(const SessionConfig&, const fs::path&, const SessionHost&)) {
     try {
         const MachineRun run = with_progress([&](const auto& on_progress) {
             host.on_progress = on_progress;
             return session(config, folder, host);
         });
-        write_results(folder, run.result, to_json(run, config.probing.epsilon), up);
+        const std::string files = write_results(folder, run.result, to_json(run, config.probing.epsilon), picture);
         print_result(run.result, config.probing.epsilon, "", out);
-        out << "written to     " << folder.string() << ": config.yaml, journal.jsonl, mesh.ply, touches.csv, summary.json, picture.png\n";
+        out << "written to     " << folder.string() << ": config.yaml, journal.jsonl, " << files << '\n';
         return run.result.certificate.status == Certificate::Status::incomplete ? ExitCode::incomplete : ExitCode::done;
     } catch (const DeviceError&) {
         if (fs::exists(folder / kJournalFile)) {
@@ -92,7 +92,7 @@ ExitCode run(const ProbeCommand& command, std::ostream& out) {
     prepare_session_folder(command.folder, false);
     write_file(command.folder / kConfigFile, write_config(config));
     try {
-        return run_session(command.folder, config, command.up, host_for(*config.machine, command.yes, signals), out, start_session);
+        return run_session(command.folder, config, command.picture, host_for(*config.machine, command.yes, signals), out, start_session);
     } catch (...) {
         remove_unbegun_session(command.folder);
         throw;
@@ -108,7 +108,7 @@ ExitCode run(const ResumeCommand& command, std::ostream& out) {
     check_overrides(command);
     const SessionConfig config = read_config(command.folder / kConfigFile, command.overrides);
     (void)machine_workspace(config);
-    return run_session(command.folder, config, command.up, host_for(*config.machine, command.yes, signals), out,
+    return run_session(command.folder, config, command.picture, host_for(*config.machine, command.yes, signals), out,
                        command.replay ? replay_session : resume_session);
 }
 

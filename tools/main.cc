@@ -49,10 +49,13 @@ int main(int argc, char** argv) {
     };
 
     std::string up = "z";
-    const auto add_up = [](CLI::App* command, std::string& axis) {
-        command->add_option("--up", axis, "Axis that points up in the picture")
-            ->check(CLI::IsMember({"x", "y", "z"}))
-            ->capture_default_str();
+    const auto add_up = [&up](CLI::App* command) {
+        command->add_option("--up", up, "Axis that points up in the picture")->check(CLI::IsMember({"x", "y", "z"}))->capture_default_str();
+    };
+    bool no_picture = false;
+    const auto add_picture = [&](CLI::App* command) {
+        add_up(command);
+        command->add_flag("--no-picture", no_picture, "Draw no picture; `palpate picture DIR` can do it later");
     };
 
     SimulateCommand simulate;
@@ -61,7 +64,7 @@ int main(int argc, char** argv) {
     simulate_app->add_option("CONFIG", simulate.config, "Configuration, YAML")->required();
     simulate_app->add_option("-o,--output", simulate.folder, "Session folder to write")->required()->type_name("DIR");
     simulate_app->add_flag("--force", simulate.force, "Replace a session that is already in DIR");
-    add_up(simulate_app, up);
+    add_picture(simulate_app);
     add_overrides(simulate_app, simulate.overrides);
     simulate_app->footer("Example: palpate simulate config/examples/bunny.yaml -o bunny --up y --set probing.epsilon=0.5");
 
@@ -74,7 +77,7 @@ int main(int argc, char** argv) {
     probe_app->add_option("CONFIG", probe.config, "Configuration with a machine, YAML")->required();
     probe_app->add_option("-o,--output", probe.folder, "Session folder to write")->required()->type_name("DIR");
     add_yes(probe_app, probe.yes);
-    add_up(probe_app, up);
+    add_picture(probe_app);
     add_overrides(probe_app, probe.overrides);
     probe_app->footer("Example: palpate probe my_part.yaml -o my_part\nCtrl-C stops the machine, and `palpate resume my_part` goes on.");
 
@@ -84,11 +87,17 @@ int main(int argc, char** argv) {
     resume_app->add_flag("--replay", resume.replay, "Make the files of a finished session again, from its journal, without a machine");
     add_yes(resume_app, resume.yes);
     add_overrides(resume_app, resume.overrides);
-    add_up(resume_app, up);
+    add_picture(resume_app);
     resume_app->footer(
         "Example: palpate resume my_part\n         palpate resume my_part --set machine.grbl.port=/dev/ttyUSB1\n         palpate resume "
         "--replay my_part\n"
         "Only how the machine is reached and homed may be overridden: a session goes on as it began.");
+
+    PictureCommand picture;
+    CLI::App* const picture_app = app.add_subcommand("picture", "Draw the picture of a session again, from its mesh.ply");
+    picture_app->add_option("DIR", picture.folder, "Session folder")->required();
+    add_up(picture_app);
+    picture_app->footer("Example: palpate picture bunny --up y");
 
     TouchCommand touch;
     CLI::App* const touch_app = app.add_subcommand("touch", "One guarded touch: go to a place, probe towards another, come back");
@@ -165,14 +174,17 @@ int main(int argc, char** argv) {
     try {
         ExitCode code = ExitCode::done;
         if (*simulate_app) {
-            simulate.up = up[0];
+            simulate.picture = {!no_picture, up[0]};
             code = run(simulate, std::cout);
         } else if (*probe_app) {
-            probe.up = up[0];
+            probe.picture = {!no_picture, up[0]};
             code = run(probe, std::cout);
         } else if (*resume_app) {
-            resume.up = up[0];
+            resume.picture = {!no_picture, up[0]};
             code = run(resume, std::cout);
+        } else if (*picture_app) {
+            picture.up = up[0];
+            code = run(picture, std::cout);
         } else if (*touch_app) {
             code = run(touch, std::cout);
         } else if (*ports_app) {

@@ -6,6 +6,7 @@
 #include <cmath>
 #include <cstddef>
 #include <cstdint>
+#include <optional>
 #include <stdexcept>
 #include <string>
 #include <vector>
@@ -13,6 +14,8 @@
 #include "tools/internal/camera.h"
 #include "tools/internal/colour.h"
 #include "tools/internal/floor.h"
+#include "tools/internal/fragments.h"
+#include "tools/internal/irradiance_cache.h"
 #include "tools/internal/item_buffer.h"
 #include "tools/internal/lights.h"
 #include "tools/internal/png_file.h"
@@ -24,7 +27,8 @@ namespace palpate {
 
 namespace {
 
-constexpr double kMaxSamples = 4e8;  // 8 bytes each
+constexpr double kMaxSamples = 4e8;
+constexpr int kStripPx = 32;  // rows that are drawn at a time
 constexpr int kMinShadowTexels = 64;
 constexpr int kMaxShadowTexels = 1024;
 
@@ -49,7 +53,9 @@ public:
           floor_(mesh, camera_, up_, options),
           edge_length_(median_edge(mesh)),
           touch_radius_(std::min(options.touch_radius * edge_length_, kMaxTouchRadius * camera_.radius())),
-          items_(options.width_px * options.supersampling, options.height_px * options.supersampling) {}
+          fragments_(options.width_px, options.height_px, options.supersampling) {
+        middles_.reserve(place_in_grid(0, options.height_px, options.width_px));
+    }
     Painter(const Painter&) = delete;  // seen_ refers to camera_
     Painter& operator=(const Painter&) = delete;
 
@@ -60,18 +66,16 @@ public:
     }
 
 private:
-    struct Spot {
-        SurfacePoint surface;
-        std::size_t pixel = 0;
-    };
-
     void draw_items();
-    [[nodiscard]] std::vector<Spot> surface_spots() const;
+    [[nodiscard]] std::optional<SurfacePoint> surface(int px, int py) const;
     void gather_light();
-    [[nodiscard]] Colour colour(int x, int y) const;
-    [[nodiscard]] float edge_cover(std::size_t t, double x, double y) const;
+    [[nodiscard]] Colour colour(int px, int py) const;
+    [[nodiscard]] Colour surface_colour(std::size_t t, double x, double y) const;
+    [[nodiscard]] Colour touch_colour(const Point& touch, double x, double y) const;
     [[nodiscard]] Picture resolve() const;
     [[nodiscard]] bool is_triangle(std::int32_t item) const { return item >= 0 && static_cast<std::size_t>(item) < mesh_.triangles.size(); }
+    // Of a pixel, in samples.
+    [[nodiscard]] double middle(int px) const { return (px + 0.5) * options_.supersampling; }
 
     const TriangleMesh& mesh_;
     std::span<const Point> touches_;
@@ -80,46 +84,49 @@ private:
     Camera camera_;
     SeenMesh seen_;
     Floor floor_;
-    double edge_length_;         // mm, the median
-    double touch_radius_;        // mm
-    ItemBuffer items_;           // triangles, then touches
-    std::vector<Colour> light_;  // per pixel: what falls on the surface there
+    double edge_length_;                 // mm, the median
+    double touch_radius_;                // mm
+    Fragments fragments_;                // items are triangles, then touches
+    std::vector<std::int32_t> middles_;  // per pixel: the item in its middle, without touches
+    std::optional<IrradianceCache> irradiance_;
 };
 
 void Painter::draw_items() {
-    for (std::size_t t = 0; t < mesh_.triangles.size(); ++t) {
-        items_.draw_triangle(seen_.corners(t), static_cast<std::int32_t>(t));
-    }
-    for (std::size_t i = 0; i < touches_.size(); ++i) {
-        items_.draw_ball(camera_, touches_[i], touch_radius_, static_cast<std::int32_t>(mesh_.triangles.size() + i));
+    const int n = options_.supersampling;
+    ItemBuffer items;
+    for (int row = 0; row < options_.height_px; row += kStripPx) {
+        const int end = std::min(row + kStripPx, options_.height_px);
+        items.clear({options_.width_px * n, row * n, end * n});
+        for (std::size_t t = 0; t < mesh_.triangles.size(); ++t) {
+            items.draw_triangle(seen_.corners(t), static_cast<std::int32_t>(t));
+        }
+        for (int py = row; py < end; ++py) {
+            for (int px = 0; px < options_.width_px; ++px) middles_.push_back(items.run(px * n + n / 2, py * n + n / 2, 1).front());
+        }
+        for (std::size_t i = 0; i < touches_.size(); ++i) {
+            items.draw_ball(camera_, touches_[i], touch_radius_, static_cast<std::int32_t>(mesh_.triangles.size() + i));
+        }
+        for (int py = row; py < end; ++py) fragments_.append_row(items, py);
     }
 }
 
-// The places of the surface that pixels show, one per pixel: light varies slowly.
-std::vector<Painter::Spot> Painter::surface_spots() const {
-    const int n = options_.supersampling;
-    std::vector<Spot> spots;
-    for (int i = 0; i < options_.width_px * options_.height_px; ++i) {
-        // The sample in the middle speaks for its pixel, or any other on the surface.
-        for (int k = 0; k < n * n; ++k) {
-            const int m = (k + n * n / 2) % (n * n);
-            const int x = i % options_.width_px * n + m % n;
-            const int y = i / options_.width_px * n + m / n;
-            if (const std::int32_t item = items_.item(x, y); is_triangle(item)) {
-                spots.push_back({seen_.surface(static_cast<std::size_t>(item), x + 0.5, y + 0.5), static_cast<std::size_t>(i)});
-                break;
-            }
+// In its middle, or else of the triangle that most of its samples show.
+std::optional<SurfacePoint> Painter::surface(int px, int py) const {
+    Fragment most{middles_[place_in_grid(px, py, options_.width_px)], 0};
+    if (most.item == kBackground) {
+        for (const Fragment& fragment : fragments_.at(px, py)) {
+            if (is_triangle(fragment.item) && fragment.samples > most.samples) most = fragment;
         }
     }
-    return spots;
+    if (most.item == kBackground) return std::nullopt;
+    return seen_.surface(static_cast<std::size_t>(most.item), middle(px), middle(py));
 }
 
 // One shadow map at a time over all places.
 void Painter::gather_light() {
-    light_.assign(static_cast<std::size_t>(options_.width_px) * static_cast<std::size_t>(options_.height_px), Colour::Zero());
-    const std::vector<Spot> spots = surface_spots();
+    irradiance_.emplace(options_.width_px, options_.height_px, [this](int px, int py) { return surface(px, py); });
     const std::vector<Light> lights = studio(camera_, up_);
-    const int texels = std::clamp(std::max(options_.width_px, options_.height_px) / 2, kMinShadowTexels, kMaxShadowTexels);
+    const int texels = std::clamp(std::max(options_.width_px, options_.height_px) / 4, kMinShadowTexels, kMaxShadowTexels);
     const auto on_floor = [this](const Light& light) {
         return std::max(0.0F, static_cast<float>(up_.dot(light.direction))) * light.intensity.mean();
     };
@@ -129,54 +136,58 @@ void Painter::gather_light() {
     }
     for (const Light& light : lights) {
         const ShadowMap shadow(mesh_, camera_, light.direction, texels);
-        for (const auto& [surface, pixel] : spots) {
-            if (const auto cosine = static_cast<float>(surface.normal.dot(light.direction)); cosine > 0.0F) {
-                light_[pixel] += cosine * shadow.lit(surface.position, surface.normal) * light.intensity;
-            }
-        }
+        irradiance_->add(light, shadow);
         floor_.shade(shadow, on_floor(light) / all_on_floor);
     }
-    for (const auto& [surface, pixel] : spots) {
-        light_[pixel] += bounce(surface.normal, up_);
-    }
+    irradiance_->add_bounce(up_);
     floor_.soften_shadow();
 }
 
-// How much of a sample an edge's line covers, 0 to 1, softened over a pixel.
-float Painter::edge_cover(std::size_t t, double x, double y) const {
-    return static_cast<float>(std::clamp(kEdgeHalfWidthPx + 0.5 - seen_.edge_distance(t, x, y) / options_.supersampling, 0.0, 1.0));
+// Before light: the surface's colour, and that of an edge's line where it covers a part of the pixel around this place.
+Colour Painter::surface_colour(std::size_t t, double x, double y) const {
+    const int n = options_.supersampling;
+    if (!options_.edges) return kSurface;
+    const double edge_px = edge_length_ * camera_.magnification(seen_.nearness(t)) / n;
+    const auto cover = static_cast<float>(std::clamp(kEdgeHalfWidthPx + 0.5 - seen_.edge_distance(t, x, y) / n, 0.0, 1.0));
+    const float line = cover * kEdgeOpacity * static_cast<float>(std::min(1.0, edge_px / kEdgeFadePx));
+    return (1.0F - line) * kSurface + line * kEdge;
 }
 
-Colour Painter::colour(int x, int y) const {
-    const int n = options_.supersampling;
-    const std::int32_t id = items_.item(x, y);
-    if (id == kBackground) {
-        return floor_.paper(x / n, y / n);
+Colour Painter::touch_colour(const Point& touch, double x, double y) const {
+    const Screen c = camera_.project(touch);
+    const double r = touch_radius_ * camera_.magnification(c.nearness);
+    const double lean = (-(x - c.x) - (y - c.y)) / r;  // towards the key light at the upper left
+    return (kTouch * static_cast<float>(0.95 + 0.25 * lean)).min(1.0F);
+}
+
+// The mean over the pixel's samples.
+Colour Painter::colour(int px, int py) const {
+    int paper = options_.supersampling * options_.supersampling;
+    const auto all = static_cast<float>(paper);
+    float surface = 0.0F;
+    Colour of_surface = Colour::Zero();
+    Colour sum = Colour::Zero();
+    for (const auto& [item, samples] : fragments_.at(px, py)) {
+        const auto part = static_cast<float>(samples);
+        if (is_triangle(item)) {
+            of_surface += part * surface_colour(static_cast<std::size_t>(item), middle(px), middle(py));
+            surface += part;
+        } else {
+            sum += part * touch_colour(touches_[static_cast<std::size_t>(item) - mesh_.triangles.size()], middle(px), middle(py));
+        }
+        paper -= samples;
     }
-    const Colour& light = light_[place_in_grid(x / n, y / n, options_.width_px)];
-    if (!is_triangle(id)) {
-        const Screen c = camera_.project(touches_[static_cast<std::size_t>(id) - mesh_.triangles.size()]);
-        const double r = touch_radius_ * camera_.magnification(c.nearness);
-        const double lean = (-(x + 0.5 - c.x) - (y + 0.5 - c.y)) / r;  // towards the key light at the upper left
-        return kTouch * static_cast<float>(0.95 + 0.25 * lean);
-    }
-    const double edge_px = edge_length_ * camera_.magnification(items_.nearness(x, y)) / n;
-    const float opacity = options_.edges ? kEdgeOpacity * static_cast<float>(std::min(1.0, edge_px / kEdgeFadePx)) : 0.0F;
-    const float line = opacity > 0.0F ? opacity * edge_cover(static_cast<std::size_t>(id), x + 0.5, y + 0.5) : 0.0F;
-    return soften(((1.0F - line) * kSurface + line * kEdge) * light);
+    if (surface > 0.0F) sum += surface * soften(of_surface / surface * irradiance_->at(px, py));
+    if (paper > 0) sum += static_cast<float>(paper) * floor_.paper(px, py);
+    return sum / all;
 }
 
 Picture Painter::resolve() const {
-    const int n = options_.supersampling;
     Picture picture{options_.width_px, options_.height_px, {}};
-    picture.rgb.reserve(light_.size() * 3);
+    picture.rgb.reserve(3 * middles_.size());
     for (int py = 0; py < options_.height_px; ++py) {
         for (int px = 0; px < options_.width_px; ++px) {
-            Colour sum = Colour::Zero();
-            for (int k = 0; k < n * n; ++k) {
-                sum += colour(px * n + k % n, py * n + k / n).min(1.0F);
-            }
-            for (const float channel : Colour(sum / static_cast<float>(n * n))) {
+            for (const float channel : colour(px, py)) {
                 picture.rgb.push_back(to_srgb(channel));
             }
         }

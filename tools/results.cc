@@ -4,6 +4,7 @@
 #include <sstream>
 
 #include "planner/number_text.h"
+#include "sim/mesh_file.h"
 #include "tools/picture.h"
 #include "tools/session_files.h"
 #include "tools/summary.h"
@@ -21,6 +22,11 @@ PictureOptions picture_options(char up) {
         options.view_direction = {1.0, 1.0, -1.8};
     }
     return options;
+}
+
+// The points of a session's mesh are its samples.
+void draw_samples(const std::filesystem::path& folder, const TriangleMesh& mesh, char up) {
+    write_picture(folder / kPictureFile, mesh, mesh.points, picture_options(up));
 }
 
 void list_places(std::ostream& out, const char* kind, const std::vector<BadPlace>& places) {
@@ -42,17 +48,23 @@ std::string per_bound(double amount, double bound, const std::string& of_what) {
 
 }  // namespace
 
-void write_results(const std::filesystem::path& folder, const Result& result, const std::string& summary, char up) {
-    write_file(folder / "mesh.ply", to_ply(result.mesh));
+std::string write_results(const std::filesystem::path& folder, const Result& result, const std::string& summary,
+                          const PictureChoice& picture) {
+    write_file(folder / kMeshFile, to_ply(result.mesh));
     write_file(folder / "touches.csv", to_csv(result.touches));
     write_file(folder / "summary.json", summary);
-    if (result.mesh.triangles.empty()) return;
-    std::vector<Point> touches;
-    for (const Touch& touch : result.touches) {
-        if (touch.sample) touches.push_back(touch.position);
+    const std::string names = "mesh.ply, touches.csv, summary.json";
+    if (!picture.drawn || result.mesh.triangles.empty()) {
+        // One that is there shows another mesh.
+        std::error_code ignored;
+        std::filesystem::remove(folder / kPictureFile, ignored);
+        return names;
     }
-    write_picture(folder / "picture.png", result.mesh, touches, picture_options(up));
+    draw_samples(folder, result.mesh, picture.up);
+    return names + ", " + kPictureFile;
 }
+
+void draw_session_picture(const std::filesystem::path& folder, char up) { draw_samples(folder, read_triangles(folder / kMeshFile), up); }
 
 void print_result(const Result& r, double epsilon, const std::string& truth, std::ostream& out) {
     const Account& a = r.account;

@@ -32,8 +32,17 @@ template <typename Run>
     return finished;
 }
 
-// mesh.ply, touches.csv, summary.json and, if there is a mesh, picture.png with that axis up. Throws OutputError.
-void write_results(const std::filesystem::path& folder, const Result& result, const std::string& summary, char up);
+struct PictureChoice {
+    bool drawn = true;
+    char up = 'z';  // x, y or z
+};
+
+// mesh.ply, touches.csv, summary.json and, if there is a mesh, picture.png; returns their names, with commas between. Throws OutputError.
+[[nodiscard]] std::string write_results(const std::filesystem::path& folder, const Result& result, const std::string& summary,
+                                        const PictureChoice& picture);
+
+// Draws picture.png of a session again, from its mesh.ply. Throws ObjectError if that is no mesh of triangles, OutputError.
+void draw_session_picture(const std::filesystem::path& folder, char up);
 
 // Counts, mesh, certificate. `truth`: what only a simulation knows, as a line of its own; may be empty.
 void print_result(const Result& result, double epsilon, const std::string& truth, std::ostream& out);

@@ -12,7 +12,7 @@ namespace {
 
 namespace fs = std::filesystem;
 
-constexpr std::array<const char*, 6> kSessionFiles = {kConfigFile, kJournalFile, "mesh.ply", "touches.csv", "summary.json", "picture.png"};
+constexpr std::array<const char*, 6> kSessionFiles = {kConfigFile, kJournalFile, kMeshFile, "touches.csv", "summary.json", kPictureFile};
 
 void append(std::string& text, const Point& p, char separator) {
     for (int axis = 0; axis < 3; ++axis) {
@@ -61,7 +61,7 @@ void remove_unbegun_session(const fs::path& folder) {
     if (fs::exists(journal, ignored) && fs::file_size(journal, ignored) > 0) return;
     fs::remove(journal, ignored);
     // Without a journal, the mesh of a simulation says that there is a session.
-    if (!fs::exists(folder / "mesh.ply", ignored)) fs::remove(folder / kConfigFile, ignored);
+    if (!fs::exists(folder / kMeshFile, ignored)) fs::remove(folder / kConfigFile, ignored);
 }
 
 void write_file(const fs::path& file, const std::string& content) {

@@ -11,6 +11,8 @@ namespace palpate {
 
 inline constexpr const char* kConfigFile = "config.yaml";
 inline constexpr const char* kJournalFile = "journal.jsonl";
+inline constexpr const char* kMeshFile = "mesh.ply";
+inline constexpr const char* kPictureFile = "picture.png";
 
 // A folder or file that cannot be used. The message names it and says what to do.
 class OutputError : public std::runtime_error {

@@ -51,14 +51,14 @@ TEST_F(CommandLine, HelpShowsExamplesAndExitCodes) {
     EXPECT_EQ(help.exit_code, 0);
     EXPECT_THAT(help.out, HasSubstr("palpate simulate config/examples/bunny.yaml"));
     EXPECT_THAT(help.out, HasSubstr("4 incomplete result"));
-    for (const std::string command : {"simulate", "check", "bench"}) {
+    for (const std::string command : {"simulate", "check", "bench", "picture"}) {
         EXPECT_THAT(palpate(command + " --help").out, HasSubstr("Example: palpate " + command));
     }
 }
 
 TEST_F(CommandLine, BadUsageIsExitCode2) {
-    for (const std::string words :
-         {"", "nonsense", "simulate", "simulate x.yaml", "check", "check a b", "bench", "simulate a -o b --up w"}) {
+    for (const std::string words : {"", "nonsense", "simulate", "simulate x.yaml", "check", "check a b", "bench", "simulate a -o b --up w",
+                                    "picture", "picture a --up w"}) {
         const Outcome outcome = palpate(words);
         EXPECT_EQ(outcome.exit_code, 2) << words;
         EXPECT_NE(outcome.err, "") << words;
@@ -87,6 +87,23 @@ TEST_F(CommandLine, SimulateLeavesACompleteSession) {
     ASSERT_EQ(palpate("simulate session/config.yaml -o again").exit_code, 0);
     EXPECT_EQ(read("session/touches.csv"), read("again/touches.csv"));
     EXPECT_EQ(read("session/mesh.ply"), read("again/mesh.ply"));
+}
+
+TEST_F(CommandLine, PicturesAreDrawnOnRequest) {
+    write_torus(0.3);
+    const Outcome without = palpate("simulate torus.yaml -o s --no-picture");
+    ASSERT_EQ(without.exit_code, 0) << without.err;
+    EXPECT_THAT(without.out, HasSubstr("written to     s: config.yaml, mesh.ply, touches.csv, summary.json\n"));
+    EXPECT_FALSE(fs::exists(folder_ / "s/picture.png"));
+    const Outcome drawn = palpate("picture s --up x");
+    EXPECT_EQ(drawn.exit_code, 0) << drawn.err;
+    EXPECT_EQ(drawn.out, "written to     s/picture.png\n");
+    ASSERT_EQ(palpate("simulate torus.yaml -o same --up x").exit_code, 0);
+    EXPECT_EQ(read("s/picture.png"), read("same/picture.png"));
+
+    const Outcome refused = palpate("picture nowhere");
+    EXPECT_EQ(refused.exit_code, 2);
+    EXPECT_THAT(refused.err, HasSubstr("nowhere/mesh.ply: no such file"));
 }
 
 TEST_F(CommandLine, SummaryKeepsItsContract) {

@@ -8,12 +8,16 @@
 #include <array>
 #include <cmath>
 #include <cstdlib>
+#include <fstream>
+#include <iterator>
 #include <limits>
 #include <numbers>
 #include <stdexcept>
 #include <string>
 #include <vector>
 
+#include "sim/errors.h"
+#include "tools/results.h"
 #include "tools/session_files.h"
 
 namespace palpate {
@@ -211,6 +215,36 @@ TEST(Picture, TheFloorIsShadedFromAboveOnly) {
     EXPECT_EQ(below, covered(draw_picture(cube(), {}, options)));
 }
 
+TEST(Picture, NothingShowsBetweenTriangles) {
+    for (const int supersampling : {1, 3}) {
+        PictureOptions options = plain({1.0, -2.0, 0.7});
+        options.perspective = true;
+        options.supersampling = supersampling;
+        const Picture picture = draw_picture(sphere(301, 157), {}, options);
+        const double radius = kSize * (0.5 - options.margin) - 2.0;
+        EXPECT_EQ(count(picture,
+                        [radius](const Picture& p, int x, int y) {
+                            return std::hypot(x + 0.5 - kSize / 2.0, y + 0.5 - kSize / 2.0) < radius && is_paper(p, x, y);
+                        }),
+                  0);
+    }
+}
+
+TEST(Picture, LightIsEvenOnFlatFacesUpToTheirCrease) {
+    PictureOptions options = plain({1.0, -1.0, 0.0});
+    options.edges = false;
+    const Picture picture = draw_picture(cube(), {}, options);  // its vertical edge is in the middle
+    const std::array<int, 3> left = pixel(picture, kSize / 4, kSize / 2);
+    const std::array<int, 3> right = pixel(picture, 3 * kSize / 4, kSize / 2);
+    EXPECT_GT(std::abs(left[0] - right[0]), 20);
+    for (int x = 20; x < kSize / 2; ++x) {
+        for (int channel = 0; channel < 3; ++channel) {
+            EXPECT_NEAR(pixel(picture, x, kSize / 2).at(channel), left.at(channel), 1) << x;
+            EXPECT_NEAR(pixel(picture, kSize - 1 - x, kSize / 2).at(channel), right.at(channel), 1) << x;
+        }
+    }
+}
+
 TEST(Picture, FlatMeshesAndSliversAreDrawn) {
     const TriangleMesh flat{{{0, 0, 0}, {1, 0, 0}, {0, 1, 0}, {0.5, 0.5, 0}}, {{0, 1, 2}, {1, 2, 3}, {0, 0, 1}}};
     EXPECT_GT(covered(draw_picture(flat, {}, plain({0.0, -1.0, 1.0}))), kSize);
@@ -225,6 +259,20 @@ protected:
         folder_ = name;
     }
     void TearDown() override { std::filesystem::remove_all(folder_); }
+
+    [[nodiscard]] std::string read(const std::string& file) const {
+        std::ifstream in(folder_ / file, std::ios::binary);
+        return {std::istreambuf_iterator<char>(in), std::istreambuf_iterator<char>()};
+    }
+    // What is said of the session's mesh, without its name.
+    [[nodiscard]] std::string refusal() const {
+        try {
+            draw_session_picture(folder_, 'z');
+        } catch (const ObjectError& error) {
+            return std::string(error.what()).substr((folder_ / "mesh.ply: ").string().size());
+        }
+        return "nothing";
+    }
 
     std::filesystem::path folder_;
 };
@@ -255,6 +303,40 @@ TEST_F(PictureFile, ThatCannotBeWrittenIsAnError) {
         EXPECT_EQ(std::string(error.what()).rfind(file.string() + ": cannot be written: ", 0), 0U) << error.what();
     }
     EXPECT_THROW(write_picture(folder_, cube(), {}, plain({1.0, 1.0, 1.0})), OutputError);
+}
+
+TEST_F(PictureFile, OfASessionIsDrawnAgainFromItsMesh) {
+    Result result;
+    result.mesh = sphere(24, 12);
+    EXPECT_EQ(write_results(folder_, result, "{}", {.drawn = true, .up = 'y'}), "mesh.ply, touches.csv, summary.json, picture.png");
+    const std::string drawn = read("picture.png");
+    std::filesystem::remove(folder_ / "picture.png");
+    draw_session_picture(folder_, 'y');
+    EXPECT_EQ(read("picture.png"), drawn);
+    draw_session_picture(folder_, 'z');
+    EXPECT_NE(read("picture.png"), drawn);
+}
+
+TEST_F(PictureFile, OfAnotherMeshDoesNotStay) {
+    Result result;
+    result.mesh = cube();
+    (void)write_results(folder_, result, "{}", {});
+    EXPECT_TRUE(std::filesystem::exists(folder_ / "picture.png"));
+    EXPECT_EQ(write_results(folder_, result, "{}", {.drawn = false}), "mesh.ply, touches.csv, summary.json");
+    EXPECT_FALSE(std::filesystem::exists(folder_ / "picture.png"));
+}
+
+TEST_F(PictureFile, IsRefusedWithoutAMeshOfTriangles) {
+    const std::string header = "ply\nformat ascii 1.0\nelement vertex 4\nproperty double x\nproperty double y\nproperty double z\n";
+    const std::string faces = "property list uchar int vertex_indices\nend_header\n0 0 0\n1 0 0\n1 1 0\n0 1 0\n";
+    EXPECT_EQ(refusal(), "no such file; check the path (it is taken as written)");
+    write_file(folder_ / "mesh.ply", to_ply({}));
+    EXPECT_EQ(refusal(), "holds no faces; export it as a surface mesh");
+    write_file(folder_ / "mesh.ply", header + "element face 1\n" + faces + "4 0 1 2 3\n");
+    EXPECT_EQ(refusal(), "a face has 4 corners, and only triangles are expected");
+    write_file(folder_ / "mesh.ply", header + "element face 2\n" + faces + "3 0 1 2\n");
+    EXPECT_EQ(refusal(), "line 15: the file ends where the length of a list was expected");
+    EXPECT_FALSE(std::filesystem::exists(folder_ / "picture.png"));
 }
 
 TEST(PictureErrors, SayWhatIsWrong) {

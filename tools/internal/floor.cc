@@ -13,7 +13,7 @@ namespace {
 const Colour kPaper{0.985F, 0.985F, 0.985F};
 constexpr float kGroundShadow = 0.7F;
 constexpr float kFadingBorder = 0.2F;  // of the width
-constexpr int kFloorStepPx = 4;        // shadows on the floor are soft
+constexpr int kFloorStepPx = 6;        // shadows on the floor are soft
 
 double lowest(const TriangleMesh& mesh, const Vector& up) {
     double height = std::numeric_limits<double>::infinity();
@@ -90,6 +90,7 @@ Colour Floor::paper(int px, int py) const {
     const float fy = static_cast<float>(py % kFloorStepPx) / kFloorStepPx;
     const auto at = [&](int dx, int dy) { return light_[place_in_grid(x + dx, y + dy, columns_)]; };
     const float light = (1.0F - fy) * ((1.0F - fx) * at(0, 0) + fx * at(1, 0)) + fy * ((1.0F - fx) * at(0, 1) + fx * at(1, 1));
+    if (light >= 1.0F) return kPaper;
     // The picture's border cuts no shadow: it fades before.
     const auto fade = [](int place, int size) {
         const float t = std::min(1.0F, static_cast<float>(std::min(place, size - 1 - place)) / (kFadingBorder * static_cast<float>(size)));

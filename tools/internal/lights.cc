@@ -9,7 +9,7 @@ namespace palpate {
 namespace {
 
 // Colours and light were chosen by eye.
-constexpr int kSky = 72;                    // lights
+constexpr int kSky = 48;                    // lights
 const Colour kBounce{0.26F, 0.25F, 0.25F};  // what a bright floor sends back up
 
 // Sends light from a disc of directions around one, by the golden angle.
@@ -32,7 +32,7 @@ std::vector<Light> studio(const Camera& camera, const Vector& up) {
         return Vector(right * camera.right() + above * camera.up() + front * camera.toward_viewer());
     };
     add_lamp(lights, from(-0.75, 1.0, 0.75), 0.22, 28, Colour(2.30F, 2.16F, 1.98F));  // key
-    add_lamp(lights, from(1.2, 0.25, 0.6), 0.35, 12, Colour(0.34F, 0.39F, 0.46F));    // fill
+    add_lamp(lights, from(1.2, 0.25, 0.6), 0.35, 8, Colour(0.34F, 0.39F, 0.46F));     // fill
     // The sky: directions evenly spread over the upper half.
     const Vector side = up.unitOrthogonal();
     const Vector other = up.cross(side);

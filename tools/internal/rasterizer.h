@@ -4,6 +4,7 @@
 #include <algorithm>
 #include <array>
 #include <cmath>
+#include <utility>
 
 #include "planner/geometry.h"
 #include "tools/internal/screen.h"
@@ -18,26 +19,64 @@ namespace palpate {
 // Barycentric coordinates of a place on the screen; the triangle has an area.
 [[nodiscard]] Vector barycentric(const std::array<Screen, 3>& t, double x, double y);
 
-// Calls visit(x, y, nearness) for each cell of a width × height grid whose centre the triangle covers.
+// Some rows of a grid.
+struct Strip {
+    int columns = 0;
+    int first_row = 0;
+    int end_row = 0;
+};
+
+// Its corners from top to bottom.
+[[nodiscard]] inline std::array<Screen, 3> downwards(std::array<Screen, 3> t) {
+    const auto order = [](Screen& a, Screen& b) {
+        if (b.y < a.y) std::swap(a, b);
+    };
+    order(t[0], t[1]);
+    order(t[1], t[2]);
+    order(t[0], t[1]);
+    return t;
+}
+
+// How far an edge goes to the right per row.
+[[nodiscard]] inline double slope(const Screen& from, const Screen& to) { return to.y > from.y ? (to.x - from.x) / (to.y - from.y) : 0.0; }
+
+// The first of the cells [0, end) whose centre is at least `from`, and one past the last whose centre is at most `to`.
+// Casts, because std::ceil and std::floor are calls where the processor's oldest instructions have to do.
+[[nodiscard]] inline int first_centre(double from, int end) {
+    const double place = std::clamp(from - 0.5, 0.0, static_cast<double>(end));
+    const int cell = static_cast<int>(place);
+    return cell < place ? cell + 1 : cell;
+}
+[[nodiscard]] inline int end_of_centres(double to, int end) {
+    return static_cast<int>(std::clamp(to + 0.5, 0.0, static_cast<double>(end)));
+}
+
+// Calls visit(y, first, end, nearness, step) for each row of the strip in which the triangle covers the centres of the cells [first, end):
+// its nearness at the first, and how much more it is at each next one. Centres on an edge belong to the triangles on both sides.
 template <class Visit>
-void rasterize(const std::array<Screen, 3>& t, int width, int height, const Visit& visit) {
-    if (std::abs(doubled_area(t[0], t[1], t[2])) < 1e-12) {
+void rasterize(const std::array<Screen, 3>& t, const Strip& strip, const Visit& visit) {
+    constexpr double kLeastArea = 1e-6;  // of fewer cells, rounding would decide how near they are
+    const auto [top, middle, bottom] = downwards(t);
+    const int first_row = std::max(strip.first_row, first_centre(top.y, strip.end_row));
+    const int end_row = end_of_centres(bottom.y, strip.end_row);
+    const double area = doubled_area(top, middle, bottom);
+    if (first_row >= end_row || std::abs(area) < kLeastArea) {
         return;
     }
-    const auto [x0, x1] = std::minmax({t[0].x, t[1].x, t[2].x});
-    const auto [y0, y1] = std::minmax({t[0].y, t[1].y, t[2].y});
-    const int last_x = static_cast<int>(std::min(width - 1.0, std::ceil(x1)));
-    const int last_y = static_cast<int>(std::min(height - 1.0, std::ceil(y1)));
-    const Vector nearness(t[0].nearness, t[1].nearness, t[2].nearness);
-    for (int y = static_cast<int>(std::max(0.0, std::floor(y0))); y <= last_y; ++y) {
-        const int first_x = static_cast<int>(std::max(0.0, std::floor(x0)));
-        Vector b = barycentric(t, first_x + 0.5, y + 0.5);
-        const Vector step = barycentric(t, first_x + 1.5, y + 0.5) - b;
-        for (int x = first_x; x <= last_x; ++x, b += step) {
-            if (b.minCoeff() >= -1e-9) {
-                visit(x, y, b.dot(nearness));
-            }
-        }
+    const double upper = slope(top, middle);
+    const double lower = slope(middle, bottom);
+    const double whole = slope(top, bottom);
+    const double nearer_middle = middle.nearness - top.nearness;
+    const double nearer_bottom = bottom.nearness - top.nearness;
+    const double across = (nearer_middle * (bottom.y - top.y) - nearer_bottom * (middle.y - top.y)) / area;
+    const double down = (nearer_bottom * (middle.x - top.x) - nearer_middle * (bottom.x - top.x)) / area;
+    for (int row = first_row; row < end_row; ++row) {
+        const double y = row + 0.5;
+        const double on_whole = top.x + (y - top.y) * whole;
+        const double on_other = y < middle.y ? top.x + (y - top.y) * upper : middle.x + (y - middle.y) * lower;
+        const int first = first_centre(std::min(on_whole, on_other), strip.columns);
+        const int end = end_of_centres(std::max(on_whole, on_other), strip.columns);
+        visit(row, first, end, top.nearness + down * (y - top.y) + across * (first + 0.5 - top.x), across);
     }
 }
 

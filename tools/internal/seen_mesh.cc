@@ -5,7 +5,6 @@
 #include <cmath>
 #include <cstdint>
 #include <iterator>
-#include <limits>
 
 #include "tools/internal/rasterizer.h"
 
@@ -23,19 +22,22 @@ Vector triangle_cross(const TriangleMesh& mesh, std::size_t t) {
 // One unit normal per corner: the mean, weighted by area, over the triangles around the vertex that continue smoothly.
 std::vector<std::array<Vector, 3>> corner_normals(const TriangleMesh& mesh) {
     std::vector<std::vector<std::uint32_t>> around(mesh.points.size());
+    std::vector<Vector> crosses;
+    crosses.reserve(mesh.triangles.size());
     for (std::size_t t = 0; t < mesh.triangles.size(); ++t) {
+        crosses.push_back(triangle_cross(mesh, t));
         for (const auto v : mesh.triangles[t]) {
             around[v].push_back(static_cast<std::uint32_t>(t));
         }
     }
     std::vector<std::array<Vector, 3>> normals(mesh.triangles.size());
     for (std::size_t t = 0; t < mesh.triangles.size(); ++t) {
-        const Vector own = triangle_cross(mesh, t).normalized();
+        const Vector own = crosses[t].normalized();
         for (std::size_t k = 0; k < 3; ++k) {
             Vector sum = Vector::Zero();
             for (const auto neighbour : around[mesh.triangles[t][k]]) {
-                const Vector other = triangle_cross(mesh, neighbour);
-                sum += own.dot(other) >= kCreaseCosine * other.norm() ? other : Vector(Vector::Zero());
+                const Vector& other = crosses[neighbour];
+                if (own.dot(other) >= kCreaseCosine * other.norm()) sum += other;
             }
             normals[t][k] = sum.squaredNorm() > 0.0 ? sum.normalized() : own;
         }
@@ -43,11 +45,25 @@ std::vector<std::array<Vector, 3>> corner_normals(const TriangleMesh& mesh) {
     return normals;
 }
 
+// Its rows give the distances of a place (x, y, 1) from the lines through the edges; NaN for edges without length.
+Eigen::Matrix3d edge_lines(const std::array<Screen, 3>& corners) {
+    Eigen::Matrix3d lines;
+    for (std::size_t k = 0; k < 3; ++k) {
+        const Screen& from = corners[k];
+        const Screen& to = corners[(k + 1) % 3];
+        const Eigen::Vector2d across = Eigen::Vector2d(from.y - to.y, to.x - from.x).normalized();
+        lines.row(static_cast<Eigen::Index>(k)) << across.x(), across.y(), -across.x() * from.x - across.y() * from.y;
+    }
+    return lines;
+}
+
 }  // namespace
 
 SeenMesh::SeenMesh(const TriangleMesh& mesh, const Camera& camera) : mesh_(mesh), camera_(camera), normals_(corner_normals(mesh)) {
     std::transform(mesh.points.begin(), mesh.points.end(), std::back_inserter(places_),
                    [&camera](const Point& p) { return camera.project(p); });
+    edge_lines_.reserve(mesh.triangles.size());
+    for (std::size_t t = 0; t < mesh.triangles.size(); ++t) edge_lines_.push_back(edge_lines(corners(t)));
 }
 
 std::array<Screen, 3> SeenMesh::corners(std::size_t t) const {
@@ -57,7 +73,7 @@ std::array<Screen, 3> SeenMesh::corners(std::size_t t) const {
 
 SurfacePoint SeenMesh::surface(std::size_t t, double x, double y) const {
     const std::array<Screen, 3> seen = corners(t);
-    Vector b = barycentric(seen, x, y);
+    Vector b = barycentric(seen, x, y).cwiseMax(0.0);
     b = b.cwiseProduct(Vector(camera_.weight(seen[0]), camera_.weight(seen[1]), camera_.weight(seen[2])));
     b /= b.sum();
     SurfacePoint point;
@@ -73,16 +89,12 @@ SurfacePoint SeenMesh::surface(std::size_t t, double x, double y) const {
 }
 
 double SeenMesh::edge_distance(std::size_t t, double x, double y) const {
+    return (edge_lines_[t] * Vector(x, y, 1.0)).cwiseAbs().minCoeff();
+}
+
+double SeenMesh::nearness(std::size_t t) const {
     const std::array<Screen, 3> seen = corners(t);
-    const Vector b = barycentric(seen, x, y);
-    const double area = std::abs(doubled_area(seen[0], seen[1], seen[2]));
-    double distance = std::numeric_limits<double>::infinity();
-    for (std::size_t k = 0; k < 3; ++k) {
-        const Screen& from = seen[(k + 1) % 3];
-        const Screen& to = seen[(k + 2) % 3];
-        distance = std::min(distance, b[static_cast<Eigen::Index>(k)] * area / std::hypot(to.x - from.x, to.y - from.y));
-    }
-    return distance;
+    return (seen[0].nearness + seen[1].nearness + seen[2].nearness) / 3.0;
 }
 
 double median_edge(const TriangleMesh& mesh) {

@@ -18,12 +18,15 @@ ShadowMap::ShadowMap(const TriangleMesh& mesh, const Camera& camera, const Vecto
       texels_(texels),
       texels_per_mm_(texels_ / (2.05 * camera.radius())),
       nearest_(static_cast<std::size_t>(texels) * static_cast<std::size_t>(texels), kNowhere) {
-    for (const auto& triangle : mesh.triangles) {
-        const std::array<Screen, 3> t{place(mesh.points[triangle[0]]), place(mesh.points[triangle[1]]), place(mesh.points[triangle[2]])};
-        rasterize(t, texels_, texels_, [&](int x, int y, double nearness) {
-            float& nearest = nearest_[place_in_grid(x, y, texels_)];
-            nearest = std::max(nearest, static_cast<float>(nearness));
-        });
+    std::vector<Screen> places;
+    places.reserve(mesh.points.size());
+    for (const Point& p : mesh.points) places.push_back(place(p));
+    for (const auto& [a, b, c] : mesh.triangles) {
+        rasterize({places[a], places[b], places[c]}, {texels_, 0, texels_},
+                  [this](int y, int first, int end, double nearness, double step) {
+                      float* const row = &nearest_[place_in_grid(0, y, texels_)];
+                      for (int x = first; x < end; ++x, nearness += step) row[x] = std::max(row[x], static_cast<float>(nearness));
+                  });
     }
 }
 
@@ -36,8 +39,8 @@ float ShadowMap::lit(const Point& p, const Vector& n) const {
     }
     const auto column = static_cast<int>(x);
     const auto row = static_cast<int>(y);
-    const auto fx = static_cast<float>(x - std::floor(x));
-    const auto fy = static_cast<float>(y - std::floor(y));
+    const auto fx = static_cast<float>(x - column);
+    const auto fy = static_cast<float>(y - row);
     const auto threshold = static_cast<float>(s.nearness + 1.0 / texels_per_mm_);
     const float* at = &nearest_[place_in_grid(column, row, texels_)];
     const auto open = [threshold](float nearest) { return nearest <= threshold ? 1.0F : 0.0F; };
