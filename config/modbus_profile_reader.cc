@@ -8,61 +8,61 @@
 #include <stdexcept>
 #include <string>
 
-#include "config/internal/section.h"
+#include "config/internal/key_reader.h"
+#include "config/internal/kinds.h"
 #include "config/internal/tree.h"
 
 namespace palpate {
 namespace {
 
+using yaml::KeyReader;
 using yaml::Need;
-using yaml::Section;
 
 constexpr std::array<std::string_view, 4> kTypes{"u16", "s16", "u32", "s32"};
 constexpr std::array<std::string_view, 2> kWordOrders{"high_first", "low_first"};
 
 // Too large ones are check_profile's to refuse.
-int small_number(Section& section, const yaml::Key& key, int fallback = 0) {
-    return static_cast<int>(
-        std::min<std::uint64_t>(section.whole_number(key, static_cast<std::uint64_t>(fallback)), std::numeric_limits<int>::max()));
+void read_number(KeyReader& keys, const yaml::Key& key, int& field) {
+    auto value = static_cast<std::uint64_t>(field);
+    keys.value(key, value, yaml::Whole{});
+    field = static_cast<int>(std::min<std::uint64_t>(value, std::numeric_limits<int>::max()));
 }
 
-ModbusRegister read_register(Section& section) {
-    ModbusRegister entry;
-    entry.address = small_number(section, {"address", "of its first register, counted from 0", Need::required});
-    const std::size_t type = section.word({"type", "width, and whether it can be negative"}, kTypes, 0);
+void read_register(KeyReader& keys, ModbusRegister& entry) {
+    read_number(keys, {"address", "of its first register, counted from 0", Need::required}, entry.address);
+    std::size_t type = 0;
+    keys.value({"type", "width, and whether it can be negative"}, type, yaml::Word{kTypes});
     entry.bits = type < 2 ? 16 : 32;
     entry.is_signed = type % 2 == 1;
-    entry.unit = section.number({"unit", "what one count means: mm, mm/s, mm/s²"}, yaml::kPositive, entry.unit);
-    return entry;
+    keys.value({"unit", "what one count means: mm, mm/s, mm/s²"}, entry.unit, yaml::Number{yaml::kPositive});
 }
 
-ModbusProfile read_profile(Section& section) {
-    ModbusProfile profile;
-    profile.name = section.text({"name", "what the profile is called in messages", Need::required});
-    section.mapping({"identity", "text that tells the controller from others", Need::required}, [&](Section& inner) {
-        profile.identity.address = small_number(inner, {"address", "of its first register", Need::required});
-        profile.identity.registers = small_number(inner, {"registers", "two characters each", Need::required});
-        profile.expected_identity = inner.text({"expected", "what the text has to begin with", Need::required});
-    });
-    profile.word_order = static_cast<ModbusWordOrder>(section.word({"word_order", "of 32-bit values"}, kWordOrders, 0));
-    profile.homed_bit = small_number(section, {"homed_bit", "of the status word: the position is true"}, profile.homed_bit);
-    profile.probe_closed_bit =
-        small_number(section, {"probe_closed_bit", "of the touch-probe status: the input as it is now"}, profile.probe_closed_bit);
-    profile.heartbeat_limit = Seconds(
-        section.number({"heartbeat_limit", "silence of the host after which the controller slows down and stops", Need::optional, "s"},
-                       yaml::kPositive, profile.heartbeat_limit.count()));
-    profile.echo_limit = Seconds(section.number({"echo_limit", "so late it may echo a heartbeat or a command", Need::optional, "s"},
-                                                yaml::kPositive, profile.echo_limit.count()));
-    profile.read_write =
-        section.flag({"read_write", "whether it knows FC23: a heartbeat and the status in one request"}, profile.read_write);
-    section.mapping({"registers", "where everything is", Need::required}, [&](Section& inner) {
+void read_identity(KeyReader& keys, ModbusProfile& profile) {
+    read_number(keys, {"address", "of its first register", Need::required}, profile.identity.address);
+    read_number(keys, {"registers", "two characters each", Need::required}, profile.identity.registers);
+    keys.value({"expected", "what the text has to begin with", Need::required}, profile.expected_identity, yaml::Text{});
+}
+
+void read_profile(KeyReader& keys, ModbusProfile& profile) {
+    const yaml::Number duration{yaml::kPositive};
+    keys.value({"name", "what the profile is called in messages", Need::required}, profile.name, yaml::Text{});
+    keys.mapping({"identity", "text that tells the controller from others", Need::required}, false,
+                 [&](KeyReader& inner) { read_identity(inner, profile); });
+    keys.value({"word_order", "of 32-bit values"}, profile.word_order, yaml::Word{kWordOrders});
+    read_number(keys, {"homed_bit", "of the status word: the position is true"}, profile.homed_bit);
+    read_number(keys, {"probe_closed_bit", "of the touch-probe status: the input as it is now"}, profile.probe_closed_bit);
+    keys.value({"heartbeat_limit", "silence of the host after which the controller slows down and stops", Need::optional, yaml::kSeconds},
+               profile.heartbeat_limit, duration);
+    keys.value({"echo_limit", "so late it may echo a heartbeat or a command", Need::optional, yaml::kSeconds}, profile.echo_limit,
+               duration);
+    keys.value({"read_write", "whether it knows FC23: a heartbeat and the status in one request"}, profile.read_write, yaml::kFlag);
+    keys.mapping({"registers", "where everything is", Need::required}, false, [&](KeyReader& inner) {
         for (const ModbusField field : all_modbus_fields()) {
-            inner.mapping({name_of(field), "see devices/README.md", Need::required},
-                          [&](Section& entry) { profile[field] = read_register(entry); });
+            inner.mapping({name_of(field), "see devices/README.md", Need::required}, false,
+                          [&](KeyReader& entry) { read_register(entry, profile[field]); });
         }
     });
-    section.finish();
-    return profile;
+    keys.finish();
 }
 
 }  // namespace
@@ -81,8 +81,9 @@ ModbusProfile read_modbus_profile(const std::filesystem::path& file) {
     if (root.kind != yaml::Value::Kind::mapping) {
         yaml::fail(root.where, "", spell(root) + " is not a mapping; allowed: a Modbus profile (config/profiles/standard.yaml)");
     }
-    Section section(root, "");
-    ModbusProfile profile = read_profile(section);
+    KeyReader keys(root, "");
+    ModbusProfile profile;
+    read_profile(keys, profile);
     try {
         check_profile(profile);
     } catch (const std::invalid_argument& flaw) {

@@ -4,7 +4,7 @@
 #include <filesystem>
 
 #include "config/config_error.h"
-#include "devices/modbus_profile.h"
+#include "devices/modbus/modbus_profile.h"
 
 namespace palpate {
 

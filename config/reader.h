@@ -20,18 +20,4 @@ namespace palpate {
 [[nodiscard]] SessionConfig read_config_text(const std::string& text, const std::filesystem::path& name,
                                              const std::vector<std::string>& overrides = {});
 
-// One row of the table in config/README.md.
-struct KeyDoc {
-    std::string key;  // full, with "[]" for "each element of"
-    std::string type;
-    std::string unit;
-    std::string default_value;
-    std::string range;
-    std::string meaning;
-};
-
-// Every key that read_config accepts, in the order of reading. Recorded by the reading code itself, so that it cannot
-// miss one. The parts of a union are shapes again and appear once, under object.shape.
-[[nodiscard]] std::vector<KeyDoc> documented_keys();
-
 }  // namespace palpate

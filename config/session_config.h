@@ -7,8 +7,8 @@
 
 #include "config/machine_config.h"
 #include "planner/options.h"
-#include "planner/workspace.h"
-#include "sim/object_spec.h"
+#include "planner/region.h"
+#include "sim/objects/object_spec.h"
 
 namespace palpate {
 
@@ -22,6 +22,9 @@ struct SessionConfig {
     std::optional<MachineConfig> machine;  // to probe with; a simulation needs none
     WorkspaceSpec workspace;
     Options probing;
+
+    // Of the machine; an exact oracle's without one.
+    [[nodiscard]] OracleTraits traits() const { return machine ? machine->traits() : OracleTraits{}; }
 };
 
 }  // namespace palpate

@@ -1,4 +1,4 @@
-// The words for the four options of DESIGN section 5, in files, tables and on the command line.
+// The words for the four options of planner/DESIGN.md, "Strategy", in files, tables and on the command line.
 #pragma once
 
 #include <span>

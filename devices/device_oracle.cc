@@ -6,7 +6,6 @@
 #include <numbers>
 
 #include "devices/errors.h"
-#include "devices/multi_touch_device.h"
 
 namespace palpate {
 namespace {
@@ -47,7 +46,7 @@ void DeviceOracle::travel_to(const Point& target, Pace pace) {
     throw UnexpectedContact(touched, "travel", moves_);
 }
 
-double DeviceOracle::graze() const { return kGraze * std::max(touch_error_, kRounding * range_); }
+double DeviceOracle::graze() const { return kGraze * std::max(error_, kRounding * range_); }
 
 bool DeviceOracle::stop_short(const Point& touched, const Point& target, Pace pace) {
     const Vector back = device_.position() - target;
@@ -87,7 +86,7 @@ ProbeAnswer DeviceOracle::probe(const Point& target) {
         travel(start, has_failed ? Ground::proven : Ground::unconfirmed);
         return {has_failed ? ProbeAnswer::Outcome::failed : ProbeAnswer::Outcome::vanished, position_};
     }
-    position_ = touch_error_ == 0 ? result.position : nearest_on({position_, target}, result.position);
+    position_ = error_ == 0 ? result.position : nearest_on({position_, target}, result.position);
     return {ProbeAnswer::Outcome::contact, position_};
 }
 

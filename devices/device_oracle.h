@@ -12,23 +12,31 @@ namespace palpate {
 
 // A machine is never exactly where the planner wants it: its numbers have a resolution, its touches an error. The planner is told of
 // the lines that it asked for, and touches are put on them: all errors are then touches beside S, which it reckons with
-// (Options::touch_error).
+// (OracleTraits).
 //
 // Free space is free up to that error only. A way that S grazes within it is touched although it was proven free; the oracle stops short of
 // a place that it cannot quite reach, and passes beside one that it cannot go through, by kGraze errors at most. What it cannot
 // pass so is a contradiction.
 class DeviceOracle final : public SurfaceOracle {
 public:
-    // `device` must outlive the oracle. `touch_error` (mm): touches may lie beside S by that; 0 for a device that is exact to rounding.
-    // `proof`: has the probe pressed by hand, and says whether that was seen; empty: nobody can be asked.
-    explicit DeviceOracle(ProbeDevice& device, double touch_error = 0.0, std::function<bool()> proof = {})
-        : device_(device), touch_error_(touch_error), proof_(std::move(proof)), position_(device.position()), first_(position_) {}
+    // What the device's positions are: off by what its traits say, or a simulation's, exact to rounding whatever machine it stands for.
+    enum class Positions { as_traits_say, exact };
+    // `device` must outlive the oracle. `proof`: has the probe pressed by hand, and says whether that was seen; empty: nobody can be asked.
+    explicit DeviceOracle(ProbeDevice& device, const OracleTraits& traits = {}, Positions positions = Positions::as_traits_say,
+                          std::function<bool()> proof = {})
+        : device_(device),
+          traits_(traits),
+          error_(positions == Positions::exact ? 0.0 : traits.touch_error),
+          proof_(std::move(proof)),
+          position_(device.position()),
+          first_(position_) {}
 
     [[nodiscard]] Point position() const override { return position_; }
     // Throws UnexpectedContact if S is in the way, and DeviceError on a fault.
     void travel(std::span<const Point> path, Ground ground) override;
     // Throws DeviceError on a fault.
     [[nodiscard]] ProbeAnswer probe(const Point& target) override;
+    [[nodiscard]] OracleTraits traits() const override { return traits_; }
     [[nodiscard]] bool prove_alive() override { return proof_ && proof_(); }
 
     // Touches on travel that were passed so.
@@ -51,7 +59,8 @@ private:
     [[nodiscard]] bool pass_beside(const Point& touched, const Point& target, Pace pace);
 
     ProbeDevice& device_;
-    const double touch_error_;
+    const OracleTraits traits_;
+    const double error_;  // mm: of positions
     const std::function<bool()> proof_;
     Point position_;  // where the planner has the tool
     const Point first_;

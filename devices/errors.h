@@ -11,6 +11,7 @@
 //     PositionLost          nobody knows where the tool is: home first
 //     BadAnswer             an answer that cannot be true
 //     Stopped               the operator asked for it
+//   SetupError              what cannot begin as it was asked for; nothing has moved
 #pragma once
 
 #include <cstddef>
@@ -99,6 +100,12 @@ public:
 class Stopped : public DeviceError {
 public:
     using DeviceError::DeviceError;
+};
+
+// What cannot begin as it was asked for. The message says what to change.
+class SetupError : public std::runtime_error {
+public:
+    using std::runtime_error::runtime_error;
 };
 
 }  // namespace palpate

@@ -5,7 +5,7 @@
 #include <string>
 #include <vector>
 
-#include "planner/workspace.h"
+#include "planner/region.h"
 
 namespace palpate {
 
@@ -18,6 +18,7 @@ struct MachineSetting {
 struct MachineReport {
     std::string identity;            // "Grbl 1.1h (1.1h.20190825:) on /dev/ttyUSB0"
     std::string state;               // "idle", "locked: home it first"
+    bool needs_homing = false;       // it is locked, or says that it is not homed
     Point position = Point::Zero();  // mm, Palpate's coordinates
     std::optional<Box> reach;        // mm, Palpate's coordinates: where the machine itself can go, if it says so
     std::vector<MachineSetting> settings;

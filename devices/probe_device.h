@@ -46,7 +46,7 @@ struct MoveResult {
     friend bool operator==(const MoveResult&, const MoveResult&) = default;
 };
 
-// A touch probe on a machine, real or simulated. There is no unguarded move (DEVICES section 4).
+// A touch probe on a machine, real or simulated. There is no unguarded move (devices/FACTS.md, "Safety floor").
 // Every call throws a DeviceError (devices/errors.h) on a fault.
 class ProbeDevice {
 public:
@@ -63,5 +63,17 @@ public:
     // Ends any motion, keeping the position trusted. Nothing moves afterwards until the next call.
     virtual void stop() = 0;
 };
+
+// After so many false triggers on one move it has failed.
+inline constexpr int kMaxFalseTriggers = 8;
+
+// On ground that was found to be free, what vanishes (Outcome::vanished) is a false trigger: the move is made again, a few times.
+[[nodiscard]] inline MoveResult move_past_sparks(ProbeDevice& device, const Point& target, Pace pace) {
+    MoveResult result = device.guarded_move(target, pace);
+    for (int again = 0; result.outcome == MoveResult::Outcome::vanished && again < kMaxFalseTriggers; ++again) {
+        result = device.guarded_move(target, pace);
+    }
+    return result;
+}
 
 }  // namespace palpate

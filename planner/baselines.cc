@@ -21,23 +21,23 @@ public:
 
     void travel(const std::vector<Point>& path) {
         oracle_.travel(path, Ground::proven);
-        account_.travel += path_length(at_, path);
+        cost_.travel += path_length(at_, path);
         at_ = path.back();
     }
     std::optional<Point> probe(const Point& target) {
         const ProbeAnswer answer = oracle_.probe(target);
-        account_.probing += (answer.position - at_).norm();
+        cost_.probing += (answer.position - at_).norm();
         at_ = answer.position;
         const bool contact = answer.outcome == ProbeAnswer::Outcome::contact;
-        ++(contact ? account_.contact : account_.clear);
+        ++(contact ? cost_.contact : cost_.clear);
         return contact ? std::optional(answer.position) : std::nullopt;
     }
     [[nodiscard]] const Point& at() const { return at_; }
-    [[nodiscard]] const Account& account() const { return account_; }
+    [[nodiscard]] const Cost& cost() const { return cost_; }
 
 private:
     SurfaceOracle& oracle_;
-    Account account_;
+    Cost cost_;
     Point at_;
 };
 
@@ -55,16 +55,16 @@ Vector random_direction(std::mt19937_64& random) {
 
 }  // namespace
 
-BaselineResult probe_raster(SurfaceOracle& oracle, const Workspace& workspace, std::uint64_t probes) {
+BaselineResult probe_raster(SurfaceOracle& oracle, const Surroundings& surroundings, std::uint64_t probes) {
     BaselineResult result;
-    const double radius = workspace.radius();
-    const Point low = workspace.center() - Point::Constant(radius);
-    const double top = workspace.center().z() + radius;
+    const double radius = surroundings.region().radius();
+    const Point low = surroundings.region().center() - Point::Constant(radius);
+    const double top = surroundings.region().center().z() + radius;
     const auto at = [&](std::uint64_t i, std::uint64_t j, std::uint64_t lines) {
         const double step = 2 * radius / static_cast<double>(lines);
         return Point(low.x() + (static_cast<double>(i) + 0.5) * step, low.y() + (static_cast<double>(j) + 0.5) * step, top);
     };
-    const auto meets = [&](const Point& p) { return workspace.clip(p, -Vector::UnitZ()).has_value(); };
+    const auto meets = [&](const Point& p) { return surroundings.unknown_part(p, -Vector::UnitZ()).has_value(); };
     // The finest grid that the number of probes allows.
     std::uint64_t lines = 0;
     for (std::uint64_t count = 0; count <= probes; ++lines) {
@@ -104,29 +104,30 @@ BaselineResult probe_raster(SurfaceOracle& oracle, const Workspace& workspace, s
             if (known.size() == 4) result.mesh.triangles.push_back({known[0], known[2], known[3]});
         }
     }
-    result.account = meter.account();
+    result.cost = meter.cost();
     return result;
 }
 
-BaselineResult probe_random_rays(SurfaceOracle& oracle, const Workspace& workspace, std::uint64_t probes, std::uint64_t seed) {
+BaselineResult probe_random_rays(SurfaceOracle& oracle, const Surroundings& surroundings, std::uint64_t probes, std::uint64_t seed) {
     using Kernel = CGAL::Exact_predicates_inexact_constructions_kernel;
     BaselineResult result;
     Meter meter(oracle);
     std::mt19937_64 random(seed);
     std::vector<Kernel::Point_3> points;
-    if (probes > 0) meter.travel({workspace.nearest_boundary(meter.at())});
+    if (probes > 0) meter.travel({surroundings.nearest_entry(meter.at())});
     for (std::uint64_t k = 0; k < probes;) {
         // A uniform direction, and a uniform point of the disc across it.
         const Vector direction = random_direction(random);
         const Vector across = direction.unitOrthogonal();
         const double angle = 2 * std::numbers::pi * (static_cast<double>(random() >> 11U) * 0x1p-53);
-        const double distance = workspace.radius() * std::sqrt(static_cast<double>(random() >> 11U) * 0x1p-53);
-        const Point through = workspace.center() + distance * (std::cos(angle) * across + std::sin(angle) * direction.cross(across));
-        const auto chord = workspace.clip(through, direction);
+        const double distance = surroundings.region().radius() * std::sqrt(static_cast<double>(random() >> 11U) * 0x1p-53);
+        const Point through =
+            surroundings.region().center() + distance * (std::cos(angle) * across + std::sin(angle) * direction.cross(across));
+        const auto chord = surroundings.unknown_part(through, direction);
         if (!chord) continue;
         ++k;
         const Point entry = through + chord->low * direction;
-        if (const std::vector<Point> path = workspace.outer_path(meter.at(), entry); !path.empty()) meter.travel(path);
+        if (const std::vector<Point> path = surroundings.path(meter.at(), entry); !path.empty()) meter.travel(path);
         const auto contact = meter.probe(through + chord->high * direction);
         if (!contact) continue;
         points.emplace_back(contact->x(), contact->y(), contact->z());
@@ -141,7 +142,7 @@ BaselineResult probe_random_rays(SurfaceOracle& oracle, const Workspace& workspa
                 {static_cast<std::uint32_t>(f[0]), static_cast<std::uint32_t>(f[1]), static_cast<std::uint32_t>(f[2])});
         }
     }
-    result.account = meter.account();
+    result.cost = meter.cost();
     return result;
 }
 

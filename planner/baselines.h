@@ -3,24 +3,25 @@
 
 #include <cstdint>
 
-#include "planner/account.h"
+#include "planner/cost.h"
 #include "planner/geometry.h"
 #include "planner/surface_oracle.h"
-#include "planner/workspace.h"
+#include "planner/surroundings.h"
 
 namespace palpate {
 
 struct BaselineResult {
     TriangleMesh mesh;  // oriented nowhere in particular; empty if too little was touched
-    Account account;
+    Cost cost;
 };
 
 // Downwards along z, line by line over a square grid of at most that many rays that meet ω, and up again. The mesh joins
 // neighbours that both touched something. Throws what the oracle throws.
-[[nodiscard]] BaselineResult probe_raster(SurfaceOracle& oracle, const Workspace& workspace, std::uint64_t probes);
+[[nodiscard]] BaselineResult probe_raster(SurfaceOracle& oracle, const Surroundings& surroundings, std::uint64_t probes);
 
 // Along lines through ω, uniform over all lines that meet the ball around it: from where one enters ω, and back there. The mesh
 // is CGAL's advancing front through all touches. Throws what the oracle throws.
-[[nodiscard]] BaselineResult probe_random_rays(SurfaceOracle& oracle, const Workspace& workspace, std::uint64_t probes, std::uint64_t seed);
+[[nodiscard]] BaselineResult probe_random_rays(SurfaceOracle& oracle, const Surroundings& surroundings, std::uint64_t probes,
+                                               std::uint64_t seed);
 
 }  // namespace palpate

@@ -1,4 +1,4 @@
-// What the mesh guarantees, and on which assumptions (DESIGN section 4).
+// What the mesh guarantees, and on which assumptions (planner/DESIGN.md, "Guarantees").
 #pragma once
 
 #include <cstdint>
@@ -13,16 +13,33 @@
 namespace palpate {
 
 struct Premise {
+    enum class Kind {
+        closed_oriented_manifold,  // I1
+        every_component,           // I2: a vertex on each
+        small_balls,               // I3: of radius epsilon at most
+        reach,                     // epsilon is at most kMaxEpsilonPerReach of it
+        object_in_workspace,       // ω contains O
+        exact_touches,             // they lie on S, as far as the oracle says
+        thickness,                 // no wall is thinner than samples show
+        inference,                 // facets that no touch put into the mesh
+        sizing_and_angles,         // facets fulfil what was asked for
+        own_end,                   // no budget ended the run
+    };
     enum class State {
         checked,  // on the result
         assumed,  // by whom the detail names
         refuted,  // the detail gives the evidence
         missing,  // nobody gave it: what rests on it is not guaranteed
     };
-    std::string name;
+    Kind kind = Kind::reach;
     State state = State::missing;
     std::string detail;
+
+    [[nodiscard]] bool holds() const { return state == State::checked || state == State::assumed; }
 };
+
+// As people and summary.json call it: "I1: closed oriented manifold".
+[[nodiscard]] const char* name_of(Premise::Kind kind);
 
 struct Certificate {
     enum class Status {
@@ -32,8 +49,11 @@ struct Certificate {
         incomplete,   // the run could not establish what it has to establish
     };
     Status status = Status::incomplete;
-    std::vector<Premise> premises;
-    std::string statement;  // what is guaranteed, in one sentence
+    std::vector<Premise> premises;  // one of each kind at most
+    std::string statement;          // what is guaranteed, in one sentence
+
+    // Nothing if that kind did not matter.
+    [[nodiscard]] const Premise* find(Premise::Kind kind) const;
 };
 
 // A place where the run could not make Ŝ a manifold, and the ε that would be needed there.
@@ -43,7 +63,7 @@ struct BadPlace {
     double epsilon_needed = 0.0;  // mm, an upper bound: nothing larger can do
 };
 
-// What became of the bound on the reach (DESIGN section 6).
+// What became of the bound on the reach (planner/DESIGN.md, "Inference").
 struct ReachEvidence {
     bool refuted = false;
     double largest = std::numeric_limits<double>::infinity();  // mm: no larger bound agrees with the touches
@@ -51,8 +71,8 @@ struct ReachEvidence {
     double used = 0.0;                                         // mm: the bound that the mesh rests on, or the largest local one
     std::string detail;                                        // which touch contradicts, and what
     std::uint64_t inferred = 0;                                // facets of the mesh that rest on it, untouched
-    std::uint64_t audited = 0;                                 // inferred facets that were touched anyway ...
-    std::uint64_t audited_wrong = 0;                           // ... and that S did not meet where it was inferred to
+    std::uint64_t audited = 0;                                 // inferred facets that were touched anyway
+    std::uint64_t audited_wrong = 0;                           // of those: S was not met where it was inferred to be
 };
 
 // What the certificate rests on, as found on the result.
@@ -60,17 +80,18 @@ struct Evidence {
     double max_ball_radius = 0.0;           // mm
     std::size_t components = 0;             // of Ŝ
     std::size_t unrepresented_touches = 0;  // samples that no facet of Ŝ uses although all around them was explored
-    std::size_t unresolved_places = 0;      // where that is so, or S crosses dual edges twice: O is thinner than samples show
-    std::size_t minor_places = 0;           // the same, where Ŝ has O's topology without them
+    std::size_t unresolved_places = 0;      // with such samples, or where S crosses dual edges twice: O is thinner than samples show
+    std::size_t minor_places = 0;           // places as unresolved_places counts them, but Ŝ has O's topology without them
     std::size_t torn_components = 0;        // pairs of components of Ŝ that may be one
     std::size_t given_up = 0;               // places where work led to nothing
     std::size_t open_edges = 0;             // of Ŝ, left unexplored
-    bool has_facet_criteria = false;        // sizing or angles were asked for, ...
-    std::size_t bad_facets = 0;             // ... and so many facets do not fulfil them
+    bool has_facet_criteria = false;        // sizing or angles were asked for
+    std::size_t bad_facets = 0;             // facets that do not fulfil sizing or angles
     std::string stopped_by;                 // the budget that ended the run; empty: it ended by itself
     std::uint64_t failed_probes = 0;        // without an answer
     std::uint64_t grazes = 0;               // contacts that a later probe took back
     bool seeds_given = false;               // by the user, one per component
+    double touch_error = 0.0;               // mm: of the oracle's touches, as it states it
     std::optional<ReachEvidence> reach;     // of inference, if there was any
 };
 

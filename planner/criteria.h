@@ -26,10 +26,10 @@ public:
     // centre keeps the samples' spacing (thesis 5.3).
     [[nodiscard]] bool is_skinny(const Point& a, const Point& b, const Point& c) const;
 
-    // Whether a ball at a defect of Ŝ may still be refined (DESIGN section 4).
+    // Whether a ball at a defect of Ŝ may still be refined (planner/DESIGN.md, "Repair").
     [[nodiscard]] bool may_repair(double ball_radius) const { return ball_radius > floor_; }
     // No sample may come nearer to an earlier one than this, seeds and what is refined for angles aside: the packing bound on
-    // which termination rests (DESIGN section 3) is guarded numerically.
+    // which termination rests (planner/DESIGN.md, "What a run may cost") is guarded numerically.
     [[nodiscard]] double spacing(const Point& p) const { return size_at(p) * kRounding; }
     // The same for repairs at defects.
     [[nodiscard]] double repair_spacing() const { return floor_ * kRounding; }

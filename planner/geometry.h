@@ -44,4 +44,31 @@ struct TriangleMesh {
     std::vector<std::array<std::uint32_t, 3>> triangles;
 };
 
+struct Ball {
+    Point center = Point::Zero();
+    double radius = 0.0;  // mm, > 0
+};
+
+// Along the axes; mm.
+struct Box {
+    Point min = Point::Zero();
+    Point max = Point::Zero();
+
+    // Finite, and max greater than min in each coordinate.
+    [[nodiscard]] bool is_valid() const { return min.allFinite() && max.allFinite() && (min.array() < max.array()).all(); }
+    // Faces are inside, and what is at most `slack` beyond them; what is not finite is outside.
+    [[nodiscard]] bool contains(const Point& p, double slack = 0.0) const {
+        return (p.array() >= min.array() - slack).all() && (p.array() <= max.array() + slack).all();
+    }
+    [[nodiscard]] bool contains(const Box& inner) const { return contains(inner.min) && contains(inner.max); }
+    [[nodiscard]] Point center() const { return 0.5 * (min + max); }
+    [[nodiscard]] double diagonal() const { return (max - min).norm(); }  // mm
+};
+
+// Parameters of a line x(t) = origin + t · direction.
+struct Interval {
+    double low = 0.0;
+    double high = 0.0;
+};
+
 }  // namespace palpate

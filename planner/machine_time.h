@@ -3,7 +3,7 @@
 
 #include <chrono>
 
-#include "planner/account.h"
+#include "planner/cost.h"
 
 namespace palpate {
 
@@ -17,9 +17,9 @@ struct MachineRates {
 };
 
 // Constant feeds; accelerations are not counted.
-[[nodiscard]] inline Seconds estimate_machine_time(const Account& account, const MachineRates& rates) {
-    const Seconds moving{account.travel / rates.travel_feed_mm_per_s + account.probing / rates.probe_feed_mm_per_s};
-    return moving + static_cast<double>(account.contact) * rates.touch;
+[[nodiscard]] inline Seconds estimate_machine_time(const Cost& cost, const MachineRates& rates) {
+    const Seconds moving{cost.travel / rates.travel_feed_mm_per_s + cost.probing / rates.probe_feed_mm_per_s};
+    return moving + static_cast<double>(cost.contact) * rates.touch;
 }
 
 }  // namespace palpate

@@ -1,4 +1,4 @@
-// What a caller chooses about a run: sizing, strategy, seeds (DESIGN sections 4 and 5).
+// What a caller chooses about a run: sizing, strategy, seeds (planner/DESIGN.md, "Guarantees" and "Strategy").
 #pragma once
 
 #include <cstdint>
@@ -6,15 +6,13 @@
 #include <vector>
 
 #include "planner/geometry.h"
-#include "planner/machine_time.h"
-#include "planner/workspace.h"
 
 namespace palpate {
 
-// Of epsilon: samples of persistent facets are at least so far apart (internal/seeding).
+// Of epsilon: samples of persistent facets are at least so far apart (planner/loop/seeding.h).
 inline constexpr double kSeedSpacing = 1.0 / 128.0;
 
-// The four independent options of DESIGN section 5. The first value of each is the thesis'.
+// The four independent options of planner/DESIGN.md, "Strategy". The first value of each is the thesis'.
 struct Strategy {
     enum class Refine { exhaustive, eager };
     enum class Explore { exhaustive, closure };
@@ -59,20 +57,13 @@ struct Options {
     Strategy strategy;
     std::optional<double> standoff;       // mm, > 0: how far above S a probe starts where that is proven free; none: epsilon
     double audit = 0.02;                  // share, in [0, 1], of the inferred crossings that are touched anyway
-    std::uint64_t random_seed = 1;        // of that choice
+    std::uint64_t random_seed = 1;        // of the choice of audited crossings
     std::vector<Segment> seed_rays;       // one per component at least; empty: rays from the workspace towards its centre
-    double refinement_floor = 1.0 / 8.0;  // of epsilon, in (0, 1]: the extra refinement of DESIGN section 4 stops there
+    double refinement_floor = 1.0 / 8.0;  // of epsilon, in (0, 1]: the extra refinement of planner/DESIGN.md, "Repair" stops there
     Sizing sizing;
     double min_angle = 0.0;  // rad, in [0, π/6]: triangles with a smaller angle are refined, away from seeds (thesis 5.3)
     Budget budget;
-    // What a machine can do; 0 for an exact oracle.
-    double touch_error = 0.0;  // mm: touches may lie beside S by that, and the tool beside its line
-    double retract = 0.0;      // mm: the tool lifts off a touch at least so far before it goes elsewhere
-    // mm: what the probe gives way after a touch. Given: the probe may die, and has to be shown to work again and again
-    // (internal/probe_watch.h).
-    std::optional<double> overtravel;
     bool goes_home = false;  // whether the tool is brought back to where it began
-    MachineRates rates;      // what a budget of machine time is reckoned with
 };
 
 }  // namespace palpate

@@ -1,9 +1,11 @@
 // The seam between the planner and whatever answers it: a machine, a ray caster, a recording.
 #pragma once
 
+#include <optional>
 #include <span>
 
 #include "planner/geometry.h"
+#include "planner/machine_time.h"
 
 namespace palpate {
 
@@ -24,7 +26,17 @@ enum class Ground {
     unconfirmed,  // clears alone, since the last contact: a probe that has died answers so, too
 };
 
-// What the planner may ask (DESIGN section 1, "probe"). The oracle has one tool, which is somewhere: every call starts
+// What is known of an oracle beforehand, said once: the planner reckons with it. The defaults are those of an exact ray caster.
+struct OracleTraits {
+    double touch_error = 0.0;  // mm: touches may lie beside S by that, and the tool beside its line
+    double retract = 0.0;      // mm: the tool lifts off a touch at least so far before it goes elsewhere
+    // mm: what the probe gives way after a touch. Given: the probe may die, and has to be shown to work again and again
+    // (planner/DESIGN.md, "A probe that may die").
+    std::optional<double> overtravel;
+    MachineRates rates;  // what a budget of machine time is reckoned with
+};
+
+// What the planner may ask (planner/DESIGN.md, "Terms"). The oracle has one tool, which is somewhere: every call starts
 // where the last one ended. Calls throw what the answering side documents (a device fault, for instance).
 class SurfaceOracle {
 public:
@@ -39,6 +51,8 @@ public:
 
     // Guarded straight move from position() towards `target`; stops at the first point of S.
     [[nodiscard]] virtual ProbeAnswer probe(const Point& target) = 0;
+
+    [[nodiscard]] virtual OracleTraits traits() const = 0;
 
     // Asks for a proof from outside that contacts are noticed: the probe pressed by hand. False where nobody can give one.
     [[nodiscard]] virtual bool prove_alive() { return false; }

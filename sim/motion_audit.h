@@ -3,7 +3,7 @@
 
 #include <cstdint>
 
-#include "sim/hidden_object.h"
+#include "sim/objects/hidden_object.h"
 
 namespace palpate {
 

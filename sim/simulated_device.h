@@ -4,8 +4,8 @@
 #include <cstdint>
 
 #include "devices/probe_device.h"
-#include "sim/hidden_object.h"
 #include "sim/motion_audit.h"
+#include "sim/objects/hidden_object.h"
 
 namespace palpate {
 

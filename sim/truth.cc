@@ -8,9 +8,9 @@
 #include <random>
 #include <vector>
 
-#include "sim/errors.h"
-#include "sim/internal/crofton.h"
-#include "sim/internal/triangle_tree.h"
+#include "sim/objects/crofton.h"
+#include "sim/objects/errors.h"
+#include "sim/objects/triangle_tree.h"
 
 namespace palpate {
 namespace {

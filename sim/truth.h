@@ -6,7 +6,7 @@
 #include <optional>
 
 #include "planner/geometry.h"
-#include "sim/hidden_object.h"
+#include "sim/objects/hidden_object.h"
 
 namespace palpate {
 

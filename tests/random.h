@@ -8,7 +8,7 @@
 #include <vector>
 
 #include "planner/geometry.h"
-#include "planner/workspace.h"
+#include "planner/region.h"
 
 namespace palpate {
 
@@ -28,7 +28,7 @@ public:
             if (v.norm() > 0.1 && v.norm() < 1) return v.normalized();
         }
     }
-    Point on_boundary(const Workspace& workspace) {
+    Point on_boundary(const Region& workspace) {
         if (const auto* ball = std::get_if<Ball>(&workspace.shape())) return ball->center + ball->radius * direction();
         const auto& box = std::get<Box>(workspace.shape());
         Point p = in_box(box.min, box.max);

@@ -9,7 +9,7 @@
 #include "devices/device_oracle.h"
 #include "planner/baselines.h"
 #include "sim/simulated_device.h"
-#include "tools/line_plot.h"
+#include "tools/view/line_plot.h"
 
 namespace palpate {
 namespace {
@@ -36,8 +36,8 @@ AnytimePoint point_of(const std::string& name, const Strategy& strategy, const S
     const Result& r = run.result;
     return {name,
             to_string(strategy),
-            r.account.probes(),
-            r.account.displacement(),
+            r.cost.probes(),
+            r.cost.displacement(),
             r.topology.facets,
             run.truth.hausdorff,
             run.truth.mean_distance,
@@ -47,15 +47,15 @@ AnytimePoint point_of(const std::string& name, const Strategy& strategy, const S
 template <typename Probe>
 AnytimePoint measure_baseline(const std::string& name, const char* method, const SessionConfig& config, const Scene& scene,
                               const Probe& probe) {
-    const Workspace& workspace = scene.workspace;
+    const Region& workspace = scene.workspace;
     SimulatedDevice device(scene.object, workspace.nearest_boundary(workspace.center() + 2 * workspace.radius() * Vector::UnitZ()));
     DeviceOracle oracle(device);
     const BaselineResult run = probe(oracle, workspace);
     const Truth truth = measure_truth(scene.object, run.mesh, TruthSampling{}, config.probing.random_seed);
     return {name,
             method,
-            run.account.probes(),
-            run.account.displacement(),
+            run.cost.probes(),
+            run.cost.displacement(),
             run.mesh.triangles.size(),
             truth.hausdorff,
             truth.mean_distance,
@@ -96,10 +96,10 @@ std::vector<AnytimePoint> measure_anytime(const std::string& name, SessionConfig
     shared.push_back(std::min(most, kMostBaselineProbes));
     for (const std::uint64_t budget : shared) {
         add(measure_baseline(name, kRaster, config, scene,
-                             [&](SurfaceOracle& oracle, const Workspace& workspace) { return probe_raster(oracle, workspace, budget); }));
+                             [&](SurfaceOracle& oracle, const Region& workspace) { return probe_raster(oracle, workspace, budget); }));
     }
     for (const std::uint64_t budget : shared) {
-        add(measure_baseline(name, kRandomRays, config, scene, [&](SurfaceOracle& oracle, const Workspace& workspace) {
+        add(measure_baseline(name, kRandomRays, config, scene, [&](SurfaceOracle& oracle, const Region& workspace) {
             return probe_random_rays(oracle, workspace, budget, config.probing.random_seed);
         }));
     }

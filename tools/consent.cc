@@ -6,7 +6,7 @@
 #include <array>
 #include <ostream>
 
-#include "tools/simulation.h"
+#include "devices/errors.h"
 
 namespace palpate {
 namespace {

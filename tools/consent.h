@@ -1,4 +1,4 @@
-// Nothing moves before the operator has agreed (DEVICES section 4).
+// Nothing moves before the operator has agreed (devices/FACTS.md, "Safety floor").
 #pragma once
 
 #include <iosfwd>

@@ -8,7 +8,7 @@
 #include <csignal>
 #include <iostream>
 
-#include "tools/commands.h"
+#include "tools/commands/commands.h"
 #include "tools/session_files.h"
 
 // A port that is opened must not become standard input, output or error because somebody had closed those.

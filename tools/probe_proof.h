@@ -1,11 +1,11 @@
-// The probe is shown to work before anything relies on it: pressed by hand, and seen to close and to open (DEVICES section 4).
+// The probe is shown to work before anything relies on it: pressed by hand, seen to close and to open (devices/FACTS.md, "Safety floor").
 #pragma once
 
 #include <iosfwd>
 #include <stop_token>
 
-#include "config/machine_config.h"
-#include "tools/machine.h"
+#include "devices/machine.h"
+#include "devices/session/machine_settings.h"
 
 namespace palpate {
 

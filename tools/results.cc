@@ -4,10 +4,11 @@
 #include <sstream>
 
 #include "planner/number_text.h"
-#include "sim/mesh_file.h"
-#include "tools/picture.h"
+#include "sim/objects/mesh/mesh_file.h"
 #include "tools/session_files.h"
 #include "tools/summary.h"
+#include "tools/view/picture.h"
+#include "tools/view/png.h"
 
 namespace palpate {
 namespace {
@@ -26,7 +27,7 @@ PictureOptions picture_options(char up) {
 
 // The points of a session's mesh are its samples.
 void draw_samples(const std::filesystem::path& folder, const TriangleMesh& mesh, char up) {
-    write_picture(folder / kPictureFile, mesh, mesh.points, picture_options(up));
+    write_file(folder / kPictureFile, to_png(draw_picture(mesh, mesh.points, picture_options(up))));
 }
 
 void list_places(std::ostream& out, const char* kind, const std::vector<BadPlace>& places) {
@@ -67,7 +68,7 @@ std::string write_results(const std::filesystem::path& folder, const Result& res
 void draw_session_picture(const std::filesystem::path& folder, char up) { draw_samples(folder, read_triangles(folder / kMeshFile), up); }
 
 void print_result(const Result& r, double epsilon, const std::string& truth, std::ostream& out) {
-    const Account& a = r.account;
+    const Cost& a = r.cost;
     out << "samples        " << r.samples << per_bound(static_cast<double>(r.samples), r.lower_bound_samples, "hexagonal bound") << "\n"
         << "probes         " << a.probes() << " (" << static_cast<double>(a.probes()) / static_cast<double>(r.samples)
         << " per sample): " << a.contact << " contacts, " << a.clear << " clear"
@@ -80,7 +81,7 @@ void print_result(const Result& r, double epsilon, const std::string& truth, std
         << (truth.empty() ? "" : "truth          " + truth + "\n") << "certificate    " << to_string(r.certificate.status) << ": "
         << r.certificate.statement << '\n';
     for (const Premise& premise : r.certificate.premises) {
-        out << "  " << to_string(premise.state) << "  " << premise.name << " - " << premise.detail << '\n';
+        out << "  " << to_string(premise.state) << "  " << name_of(premise.kind) << " - " << premise.detail << '\n';
     }
     list_places(out, "bad place", r.bad_places);
     list_places(out, "thin place", r.thin_places);

@@ -8,7 +8,7 @@
 #include <iostream>
 #include <string>
 
-#include "planner/prober.h"
+#include "planner/probe_surface.h"
 #include "tools/progress_display.h"
 
 namespace palpate {
@@ -24,7 +24,7 @@ template <typename Run>
     }));
     const Result& result = finished.result;
     last.samples = result.samples;
-    last.probes = result.account.probes();
+    last.probes = result.cost.probes();
     last.worst_ball_radius = result.max_ball_radius;
     last.open_edges = result.topology.boundary_edges;
     last.fraction_done = 1.0;

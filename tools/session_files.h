@@ -1,11 +1,11 @@
-// What a session leaves behind (DESIGN section 9): config.yaml, mesh.ply, touches.csv, summary.json, picture.png; on a machine
+// What a session leaves (planner/DESIGN.md, "Session folder"): config.yaml, mesh.ply, touches.csv, summary.json, picture.png; on a machine
 // journal.jsonl.
 #pragma once
 
 #include <filesystem>
 #include <string>
 
-#include "planner/prober.h"
+#include "planner/probe_surface.h"
 
 namespace palpate {
 

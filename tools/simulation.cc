@@ -3,17 +3,18 @@
 #include <sstream>
 
 #include "devices/device_oracle.h"
+#include "devices/errors.h"
+#include "devices/timed_oracle.h"
 #include "planner/number_text.h"
+#include "sim/region_fit.h"
 #include "sim/simulated_device.h"
-#include "sim/workspace_fit.h"
-#include "tools/timed_oracle.h"
 
 namespace palpate {
 namespace {
 
-Workspace build_workspace(const WorkspaceSpec& spec, const HiddenObject& object) {
-    if (const auto* ball = std::get_if<Ball>(&spec)) return Workspace(*ball);
-    if (const auto* box = std::get_if<Box>(&spec)) return Workspace(*box);
+Region build_workspace(const WorkspaceSpec& spec, const HiddenObject& object) {
+    if (const auto* ball = std::get_if<Ball>(&spec)) return Region(*ball);
+    if (const auto* box = std::get_if<Box>(&spec)) return Region(*box);
     return fitting_workspace(object);
 }
 
@@ -22,22 +23,22 @@ Workspace build_workspace(const WorkspaceSpec& spec, const HiddenObject& object)
 Scene build_scene(const SessionConfig& config) {
     if (!config.object) throw SetupError("object: missing; a simulation needs object.mesh or object.shape");
     HiddenObject object(*config.object);
-    Workspace workspace = build_workspace(config.workspace, object);
+    Region workspace = build_workspace(config.workspace, object);
     if (const auto outside = point_outside(object, workspace)) {
-        const Bounds& bounds = object.bounds();
+        const Box& bounds = object.bounds();
         throw SetupError("workspace: the object is not well inside it: it has a point at " + point_text(*outside) +
                          ", outside or at the boundary, where the tool moves; its bounds are " + point_text(bounds.min) + " to " +
                          point_text(bounds.max) + "; make the workspace larger, or say workspace: auto");
     }
-    check_options(workspace, config.probing);
+    check_options(workspace, config.probing, config.traits());
     return {std::move(object), std::move(workspace)};
 }
 
 Simulation simulate(const SessionConfig& config, const Scene& scene, const std::function<void(const Progress&)>& on_progress) {
     // The tool waits on top of the workspace.
-    const Workspace& workspace = scene.workspace;
+    const Region& workspace = scene.workspace;
     SimulatedDevice device(scene.object, workspace.nearest_boundary(workspace.center() + 2 * workspace.radius() * Vector::UnitZ()));
-    DeviceOracle device_oracle(device);
+    DeviceOracle device_oracle(device, config.traits(), DeviceOracle::Positions::exact);
     TimedOracle oracle(device_oracle);
     Observer observer;
     observer.on_progress = on_progress;
@@ -56,7 +57,7 @@ Simulation simulate(const SessionConfig& config, const Scene& scene, const std::
     run.unsafe_moves = device.unsafe_moves();
     run.moves = device.moves();
     run.distance = device.distance();
-    run.machine_time = estimate_machine_time(run.result.account, config.probing.rates);
+    run.machine_time = estimate_machine_time(run.result.cost, config.traits().rates);
     return run;
 }
 

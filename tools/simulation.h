@@ -7,22 +7,16 @@
 #include <vector>
 
 #include "config/session_config.h"
-#include "planner/prober.h"
-#include "sim/hidden_object.h"
+#include "planner/probe_surface.h"
+#include "sim/objects/hidden_object.h"
 #include "sim/truth.h"
 
 namespace palpate {
 
-// A session that cannot start as configured. The message says which key to change.
-class SetupError : public std::runtime_error {
-public:
-    using std::runtime_error::runtime_error;
-};
-
 // The object and workspace that a configuration names, fit for each other.
 struct Scene {
     HiddenObject object;
-    Workspace workspace;
+    Region workspace;
 };
 
 // Throws SetupError if there is no object to simulate, or it is not inside the workspace; ObjectError on a bad object.

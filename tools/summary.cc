@@ -27,7 +27,7 @@ void add_places(Json& json, const char* key, const std::vector<BadPlace>& places
 Json summarise(const Certificate& certificate, const std::vector<BadPlace>& bad_places, const std::vector<BadPlace>& thin_places) {
     Json json{{"status", to_string(certificate.status)}, {"statement", certificate.statement}, {"premises", Json::array()}};
     for (const Premise& p : certificate.premises) {
-        json["premises"].push_back({{"name", p.name}, {"state", to_string(p.state)}, {"detail", p.detail}});
+        json["premises"].push_back({{"name", name_of(p.kind)}, {"state", to_string(p.state)}, {"detail", p.detail}});
     }
     add_places(json, "bad_places", bad_places);
     add_places(json, "thin_places", thin_places);
@@ -36,7 +36,7 @@ Json summarise(const Certificate& certificate, const std::vector<BadPlace>& bad_
 
 // What every run has, whatever answered it.
 Json summarise(const Result& r, double epsilon, double planner_seconds, double oracle_seconds, double machine_estimate) {
-    const Account& a = r.account;
+    const Cost& a = r.cost;
     return {
         {"schema", 1},
         {"samples", r.samples},
@@ -146,8 +146,8 @@ std::string to_json(const MachineRun& run, double epsilon) {
         {"missed_touches", misses},
         {"datum", datum_of(run.resumptions)},
     };
-    json["probes"]["checks"] = run.result.account.checks;
-    json["displacement"]["home"] = run.result.account.home;
+    json["probes"]["checks"] = run.result.cost.checks;
+    json["displacement"]["home"] = run.result.cost.home;
     return json.dump(2) + '\n';
 }
 

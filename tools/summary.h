@@ -1,15 +1,15 @@
-// summary.json: counts, certificate, times, and what only one kind of run knows (DESIGN section 9).
+// summary.json: counts, certificate, times, and what only one kind of run knows (planner/DESIGN.md, "Session folder").
 #pragma once
 
 #include <string>
 
+#include "devices/session/machine_session.h"
 #include "planner/certificate.h"
-#include "tools/machine_session.h"
 #include "tools/simulation.h"
 
 namespace palpate {
 
-// JSON with the keys of DESIGN section 9, and some more.
+// JSON with the keys of planner/DESIGN.md, "Session folder", and some more.
 [[nodiscard]] std::string to_json(const Simulation& run, double epsilon);
 [[nodiscard]] std::string to_json(const MachineRun& run, double epsilon);
 

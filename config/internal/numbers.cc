@@ -20,10 +20,6 @@ constexpr int kMaxDegreeDigits = 36;
 
 double to_radians(long double degrees) { return static_cast<double>(degrees * kRadiansPerDegree); }
 
-[[noreturn]] void refuse(const Value& node, const std::string& path, const std::string& why, const std::string& allowed) {
-    fail(node.where, path, spell(node) + " " + why + "; allowed: " + allowed);
-}
-
 bool names_no_finite_number(std::string_view text) {
     if (!text.empty() && (text.front() == '-' || text.front() == '+')) {
         text.remove_prefix(1);
@@ -35,12 +31,12 @@ bool names_no_finite_number(std::string_view text) {
 }
 
 template <class Real>
-Real read_real(const Value& node, const std::string& path, const std::string& allowed) {
+Real read_real(const Value& node, const Spot& spot) {
     if (node.kind != Value::Kind::scalar || node.quoted) {
-        refuse(node, path, "is not a number", allowed);
+        refuse(node, spot, "is not a number");
     }
     if (names_no_finite_number(node.text)) {
-        refuse(node, path, "is not finite", allowed);
+        refuse(node, spot, "is not finite");
     }
     std::string_view text = node.text;
     if (text.size() > 1 && text.front() == '+' && text[1] != '-') {
@@ -49,10 +45,10 @@ Real read_real(const Value& node, const std::string& path, const std::string& al
     Real value{};
     const auto [end, error] = std::from_chars(text.data(), text.data() + text.size(), value);
     if (end != text.data() + text.size() || error == std::errc::invalid_argument) {
-        refuse(node, path, "is not a number", allowed);
+        refuse(node, spot, "is not a number");
     }
     if (error == std::errc::result_out_of_range || !std::isfinite(value)) {
-        refuse(node, path, "is beyond the range of floating-point numbers", allowed);
+        refuse(node, spot, "is beyond the range of floating-point numbers");
     }
     return value;
 }
@@ -65,30 +61,51 @@ void require_finite(double value) {
 
 }  // namespace
 
-double read_number(const Value& node, const std::string& path, const std::string& allowed) {
-    return read_real<double>(node, path, allowed);
+std::string Bounds::text() const {
+    const std::string from = low_included ? "at least " : "greater than ";
+    if (high < std::numeric_limits<double>::infinity()) {
+        return low_included ? "from " + number_text(low) + " to " + number_text(high)
+                            : from + number_text(low) + ", at most " + number_text(high);
+    }
+    return low > -std::numeric_limits<double>::infinity() ? from + number_text(low) : "any number";
 }
 
-std::uint64_t read_whole_number(const Value& node, const std::string& path, const std::string& allowed) {
+std::string with_unit(const std::string& range, std::string_view unit) {
+    return unit.empty() ? range : range + " (" + std::string(unit) + ")";
+}
+
+void refuse(const Value& node, const Spot& spot, const std::string& why) {
+    fail(node.where, spot.path, spell(node) + " " + why + "; allowed: " + spot.allowed);
+}
+
+double read_number(const Value& node, const Bounds& bounds, const Spot& spot) {
+    const auto value = read_real<double>(node, spot);
+    if (!bounds.contain(value)) {
+        refuse(node, spot, "is out of range");
+    }
+    return value;
+}
+
+std::uint64_t read_whole_number(const Value& node, std::uint64_t low, std::uint64_t high, const Spot& spot) {
     if (node.kind != Value::Kind::scalar || node.quoted) {
-        refuse(node, path, "is not a whole number", allowed);
+        refuse(node, spot, "is not a whole number");
     }
     std::uint64_t value = 0;
     const char* last = node.text.data() + node.text.size();
     const auto [end, error] = std::from_chars(node.text.data(), last, value);
     if (end != last || error == std::errc::invalid_argument) {
-        refuse(node, path, "is not a whole number", allowed);
+        refuse(node, spot, "is not a whole number");
     }
-    if (error == std::errc::result_out_of_range) {
-        refuse(node, path, "is out of range", allowed);
+    if (error == std::errc::result_out_of_range || value < low || value > high) {
+        refuse(node, spot, "is out of range");
     }
     return value;
 }
 
-double read_degrees(const Value& node, const Bounds& bounds, const std::string& path, const std::string& allowed) {
-    const auto degrees = read_real<long double>(node, path, allowed);
+double read_degrees(const Value& node, const Bounds& bounds, const Spot& spot) {
+    const auto degrees = read_real<long double>(node, spot);
     if (!bounds.contain(static_cast<double>(degrees))) {
-        refuse(node, path, "is out of range", allowed);
+        refuse(node, spot, "is out of range");
     }
     return to_radians(degrees);
 }

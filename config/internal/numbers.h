@@ -2,21 +2,42 @@
 #pragma once
 
 #include <cstdint>
+#include <limits>
 #include <string>
 #include <string_view>
 
-#include "config/internal/section.h"
+#include "config/internal/tree.h"
 
 namespace palpate::yaml {
 
-// The value of `node`. Throws ConfigError, saying what is `allowed`, on text, on infinities and NaN, and beyond the range
-// of the type.
-[[nodiscard]] double read_number(const Value& node, const std::string& path, const std::string& allowed);
-[[nodiscard]] std::uint64_t read_whole_number(const Value& node, const std::string& path, const std::string& allowed);
+struct Bounds {
+    double low = -std::numeric_limits<double>::infinity();
+    double high = std::numeric_limits<double>::infinity();
+    bool low_included = true;  // high always is
+
+    [[nodiscard]] bool contain(double value) const { return (low_included ? value >= low : value > low) && value <= high; }
+    [[nodiscard]] std::string text() const;  // "greater than 0"
+};
+constexpr Bounds kAnyNumber{};
+constexpr Bounds kPositive{0.0, std::numeric_limits<double>::infinity(), false};
+constexpr Bounds kNotNegative{0.0};
+
+[[nodiscard]] std::string with_unit(const std::string& range, std::string_view unit);  // "greater than 0 (mm)"
+
+// What a message about a value says beside the value: its full key, and what would be allowed.
+struct Spot {
+    std::string path;
+    std::string allowed;
+};
+[[noreturn]] void refuse(const Value& node, const Spot& spot, const std::string& why);
+
+// The value of `node`. Throws ConfigError on text, on infinities and NaN, beyond the range of the type and out of bounds.
+[[nodiscard]] double read_number(const Value& node, const Bounds& bounds, const Spot& spot);
+[[nodiscard]] std::uint64_t read_whole_number(const Value& node, std::uint64_t low, std::uint64_t high, const Spot& spot);
 
 // As above, in degrees; returns radians. It computes in long double because a double of degrees cannot reach every
 // double of radians: about one in nine would not survive writing and reading.
-[[nodiscard]] double read_degrees(const Value& node, const Bounds& bounds, const std::string& path, const std::string& allowed);
+[[nodiscard]] double read_degrees(const Value& node, const Bounds& bounds, const Spot& spot);
 
 // palpate::number_text, which throws std::invalid_argument when `value` is not finite.
 [[nodiscard]] std::string number_text(double value);

@@ -1,5 +1,6 @@
 #include "config/internal/tree.h"
 
+#include <utf8.h>
 #include <yaml-cpp/eventhandler.h>
 #include <yaml-cpp/exceptions.h>
 #include <yaml-cpp/parser.h>
@@ -9,8 +10,6 @@
 #include <set>
 #include <sstream>
 #include <utility>
-
-#include "config/internal/utf8.h"
 
 namespace palpate::yaml {
 
@@ -58,7 +57,7 @@ public:
 
     void OnScalar(const YAML::Mark& mark, const std::string& tag, YAML::anchor_t anchor, const std::string& value) override {
         refuse_extras(mark, anchor, tag);
-        if (!is_utf8(value)) {
+        if (!utf8::is_valid(value)) {
             fail(at(mark), path(), "is not UTF-8; allowed: Unicode text");
         }
         Value node = make(mark, Value::Kind::scalar);
@@ -267,7 +266,7 @@ Value parse(const std::string& text, const Location& where, const std::string& p
 
 void apply_override(Value& root, const std::string& assignment) {
     const Location where{std::make_shared<const std::string>("--set " + shorten(assignment)), 0};
-    if (!is_utf8(assignment)) {
+    if (!utf8::is_valid(assignment)) {
         fail(where, "", "is not UTF-8; allowed: Unicode text");
     }
     const std::size_t equals = assignment.find('=');

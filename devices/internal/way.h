@@ -1,4 +1,4 @@
-// The straight way that a move was told to take. What a machine reports only ever selects a point of it (DEVICES section 4).
+// The straight way that a move was told to take. What a machine reports only ever selects a point of it (devices/FACTS.md, "Safety floor").
 #pragma once
 
 #include <algorithm>

@@ -8,11 +8,11 @@
 #include <cstdio>
 #include <filesystem>
 
-#include "devices/grbl_device.h"
-#include "devices/journaling_device.h"
-#include "devices/multi_touch_device.h"
-#include "devices/serial_port.h"
-#include "sim/grbl_host.h"
+#include "devices/decorators/multi_touch_device.h"
+#include "devices/grbl/grbl_device.h"
+#include "devices/posix/serial_port.h"
+#include "devices/session/journaling_device.h"
+#include "sim/machines/grbl/grbl_host.h"
 
 namespace {
 
@@ -58,7 +58,7 @@ int main() {
     GrblOptions options;
     GrblDevice device(port, clock, options);
     device.make_ready();
-    MultiTouchDevice touching(device, {}, options.kinematics.retract_mm);
+    MultiTouchDevice touching(device, {}, options.motion.retract_mm);
     measure("driver and touches", touching);
     const JournalHeader header{"", touching.position(), "bench"};
     JournalWriter writer = JournalWriter::create(folder / "journal.jsonl", header);

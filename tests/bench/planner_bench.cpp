@@ -17,10 +17,10 @@
 #include <chrono>
 
 #include "devices/device_oracle.h"
-#include "planner/prober.h"
-#include "sim/hidden_object.h"
+#include "devices/timed_oracle.h"
+#include "planner/probe_surface.h"
+#include "sim/objects/hidden_object.h"
 #include "sim/simulated_device.h"
-#include "tools/timed_oracle.h"
 
 namespace palpate {
 namespace {
@@ -55,10 +55,10 @@ TimedRun run_planner(double epsilon, const Strategy& strategy) {
     options.reach = kMinor;
     options.strategy = strategy;
     const auto start = Clock::now();
-    const Result result = probe_surface(oracle, Workspace(Ball{Point::Zero(), kWorkspaceRadius}), options);
+    const Result result = probe_surface(oracle, Region(Ball{Point::Zero(), kWorkspaceRadius}), options);
     TimedRun run;
     run.planner_seconds = seconds_since(start) - oracle.spent().count();
-    run.probes = result.account.probes();
+    run.probes = result.cost.probes();
     run.samples.resize(result.samples);
     for (const Touch& touch : result.touches) {
         if (touch.sample) run.samples[*touch.sample] = touch.position;

@@ -1,5 +1,3 @@
-#include "config/internal/read_machine.h"
-
 #include <gtest/gtest.h>
 
 #include "config/reader.h"
@@ -57,12 +55,12 @@ TEST_F(MachineReader, FillsInDefaults) {
 TEST_F(MachineReader, TellsThePlannerWhatTheMachineCan) {
     const SessionConfig config = read(
         kGrbl + "resolution: 0.01, noise: 0.003, retract: 0.7, acceleration: 100, latency: 0.01, feeds: {travel: 15, probe: 4}, " + kRest);
-    EXPECT_DOUBLE_EQ(config.probing.touch_error, 0.023);
-    EXPECT_EQ(config.probing.retract, 0.7);
-    EXPECT_EQ(config.probing.rates.travel_feed_mm_per_s, 15);
-    EXPECT_EQ(config.probing.rates.probe_feed_mm_per_s, 4);
+    EXPECT_DOUBLE_EQ(config.traits().touch_error, 0.023);
+    EXPECT_EQ(config.traits().retract, 0.7);
+    EXPECT_EQ(config.traits().rates.travel_feed_mm_per_s, 15);
+    EXPECT_EQ(config.traits().rates.probe_feed_mm_per_s, 4);
     // It runs on by 4 · 0.01 + 16/200 = 0.12 mm, and speeding up and slowing down take 0.04 s on each way.
-    EXPECT_NEAR(config.probing.rates.touch.count(), 0.12 / 4 + 0.04 + 0.82 / 4 + 0.04, 1e-12);
+    EXPECT_NEAR(config.traits().rates.touch.count(), 0.12 / 4 + 0.04 + 0.82 / 4 + 0.04, 1e-12);
 }
 
 TEST_F(MachineReader, RefusesWhatCannotBe) {

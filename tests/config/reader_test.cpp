@@ -262,6 +262,27 @@ TEST_F(Reader, RefusesYamlThatNoSessionNeeds) {
     EXPECT_EQ(complaint(kProbing + "object: " + std::string(100, '[')), "s.yaml:2: nested too deeply; allowed: 64 levels");
 }
 
+TEST_F(Reader, RefusesBytesThatAreNoCharacters) {
+    for (const std::string bytes : test::kNoCharacters) {
+        SCOPED_TRACE(testing::PrintToString(bytes));
+        const std::string allowed = "is not UTF-8; allowed: Unicode text";
+        EXPECT_EQ(complaint(kProbing + "object: {mesh: a" + bytes + "b.off}\n"), "s.yaml:2: object.mesh: " + allowed);
+        EXPECT_EQ(complaint(kProbing + "object:\n  mesh: \"" + bytes + "\"\n"), "s.yaml:3: object.mesh: " + allowed);
+        EXPECT_EQ(complaint(kProbing + "a" + bytes + ": 1\n"), "s.yaml:2: " + allowed);
+        EXPECT_EQ(complaint(kProbing, {"object.mesh=" + bytes}), "--set object.mesh=" + bytes + ": " + allowed);
+    }
+}
+
+TEST_F(Reader, ReadsEveryLengthOfCharacter) {
+    for (const std::string character : test::kCharacters) {
+        const std::string name = character + "x" + character;
+        const SessionConfig config = read("object: {mesh: " + name + "}\n" + kProbing);
+        EXPECT_EQ(std::get<MeshSpec>(config.object.value()).file, folder_.path() / name);
+        const SessionConfig given = read(kProbing, {"object.mesh=" + name});
+        EXPECT_EQ(std::get<MeshSpec>(given.object.value()).file, folder_.path() / name);
+    }
+}
+
 TEST_F(Reader, RefusesBrokenYaml) {
     EXPECT_EQ(complaint("probing:\n  epsilon: 1\n reach: 2\n").substr(0, 29), "s.yaml:3: is not valid YAML: ");
     EXPECT_EQ(complaint("probing: {epsilon: 1\n").substr(0, 29), "s.yaml:2: is not valid YAML: ");

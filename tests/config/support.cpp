@@ -122,7 +122,7 @@ MachineConfig random_machine(Random& random) {
     machine.limits.min = any_vector(random);
     machine.limits.max = machine.limits.min.array() + machine.limits.min.array().abs() + 1;
     const auto share = [&] { return std::uniform_real_distribution<double>(0.01, 10)(random); };
-    Kinematics& k = machine.kinematics;
+    MotionModel& k = machine.motion;
     k.feeds = {share() + 0.02, share() + 0.02, share() + 0.02};
     k.acceleration_mm_per_s2 = share();
     k.latency = Seconds(share());
@@ -186,7 +186,7 @@ public:
                 m.link.busy_time.count(), m.profile.string());
     }
     void add(const MachineConfig& m) {
-        const Kinematics& k = m.kinematics;
+        const MotionModel& k = m.motion;
         add_all(m.connection, std::uint64_t(m.homing), m.origin, m.limits, k.feeds.travel_mm_per_s, k.feeds.probe_mm_per_s,
                 k.feeds.touch_mm_per_s, k.acceleration_mm_per_s2, k.latency.count(), k.overtravel_mm, k.retract_mm, k.resolution_mm,
                 m.noise_mm, std::uint64_t(m.touch.samples), m.touch.tolerance_mm, std::uint64_t(m.touch.retries),
@@ -194,7 +194,6 @@ public:
                 m.datum_tolerance_mm.value_or(0), std::uint64_t(m.probe_proof));
     }
     void add(const Options& o) {
-        add_all(o.touch_error, o.retract, o.rates.travel_feed_mm_per_s, o.rates.probe_feed_mm_per_s, o.rates.touch.count());
         add_all(o.epsilon, std::uint64_t{o.reach.has_value()}, o.reach.value_or(0.0), o.refinement_floor, o.audit, o.random_seed,
                 std::uint64_t{o.standoff.has_value()}, o.standoff.value_or(0.0));
         for (const int word : {static_cast<int>(o.strategy.refine), static_cast<int>(o.strategy.explore),
@@ -322,11 +321,6 @@ SessionConfig random_config(std::mt19937_64& random) {
     if (flip(random)) probing.budget.machine_time = positive(random);
     probing.refinement_floor = std::uniform_real_distribution<double>(1e-9, 1.0)(random);
     config.probing.random_seed = random();
-    if (config.machine) {
-        probing.touch_error = config.machine->touch_error();
-        probing.rates = machine_rates(config.machine->kinematics);
-        probing.retract = config.machine->kinematics.retract_mm;
-    }
     return config;
 }
 

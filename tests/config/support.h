@@ -1,6 +1,7 @@
 // What the tests of config/ share.
 #pragma once
 
+#include <array>
 #include <cstdint>
 #include <filesystem>
 #include <random>
@@ -10,6 +11,35 @@
 #include "config/session_config.h"
 
 namespace palpate::test {
+
+// Bytes that are not UTF-8: a byte of another encoding, alone, cut off, longer than need be, halves of pairs, beyond Unicode, and what
+// begins with a byte that no character begins with.
+inline constexpr std::array kNoCharacters = {"\xE9",
+                                             "\x80",
+                                             "\xC3",
+                                             "\xE2\x82",
+                                             "\xF0\x9F\x98",
+                                             "\xC0\xAF",
+                                             "\xC1\xBF",
+                                             "\xE0\x80\xAF",
+                                             "\xF0\x80\x80\xAF",
+                                             "\xED\xA0\x80",
+                                             "\xED\xBF\xBF",
+                                             "\xF4\x90\x80\x80",
+                                             "\xF5\x80\x80\x80",
+                                             "\xF8\x88\x80\x80\x80",
+                                             "\xFE\xFF"};
+// The first and the last character of every length, and those around the halves of pairs.
+inline constexpr std::array kCharacters = {"a",
+                                           "~",
+                                           "\xC2\xA0",
+                                           "\xDF\xBF",
+                                           "\xE0\xA0\x80",
+                                           "\xED\x9F\xBF",
+                                           "\xEE\x80\x80",
+                                           "\xEF\xBF\xBF",
+                                           "\xF0\x90\x80\x80",
+                                           "\xF4\x8F\xBF\xBF"};
 
 // A folder of its own, gone with its owner.
 class TemporaryFolder {

@@ -146,11 +146,12 @@ private:
 };
 
 constexpr double kTouchError = 1e-3;
+const OracleTraits kTraits{.touch_error = kTouchError, .retract = 0, .overtravel = {}, .rates = {}};
 
 TEST(DeviceOracle, AWayThatSGrazesWithinTheTouchErrorIsPassedBesideIt) {
     for (const double depth : {1e-6, 0.5e-3, 3e-3, 8e-3}) {
         BallDevice device({-2, 0, 1 - depth});
-        DeviceOracle oracle(device, kTouchError);
+        DeviceOracle oracle(device, kTraits);
         const std::vector<Point> path = {{2, 0, 1 - depth}, {2, 2, 1}};
         oracle.travel(path, Ground::proven);
         EXPECT_EQ(oracle.position(), path.back()) << depth;
@@ -161,7 +162,7 @@ TEST(DeviceOracle, AWayThatSGrazesWithinTheTouchErrorIsPassedBesideIt) {
 
 TEST(DeviceOracle, AWayThatLeadsDeeperIntoSIsAContradiction) {
     BallDevice device({-2, 0, 0.95});
-    DeviceOracle oracle(device, kTouchError);
+    DeviceOracle oracle(device, kTraits);
     const std::vector<Point> path = {{2, 0, 0.95}};
     EXPECT_THROW(oracle.travel(path, Ground::proven), UnexpectedContact);
     EXPECT_LT(device.position().x(), 0) << "it never got to the other side";
@@ -169,7 +170,7 @@ TEST(DeviceOracle, AWayThatLeadsDeeperIntoSIsAContradiction) {
 
 TEST(DeviceOracle, APlaceThatLiesOnSWithinTheTouchErrorIsReachedAsNearAsItCanBe) {
     BallDevice device({-2, 0, 0});
-    DeviceOracle oracle(device, kTouchError);
+    DeviceOracle oracle(device, kTraits);
     const std::vector<Point> path = {{-1 + 1e-4, 0, 0}};
     oracle.travel(path, Ground::proven);
     EXPECT_LE((device.position() - path[0]).norm(), 2 * DeviceOracle::kGraze * kTouchError);
@@ -182,7 +183,7 @@ TEST(DeviceOracle, APlaceThatLiesOnSWithinTheTouchErrorIsReachedAsNearAsItCanBe)
 
 TEST(DeviceOracle, ATouchIsPutOnTheLineThatWasAskedFor) {
     BallDevice device({-2, 1e-4, 0});  // beside where the planner has it
-    DeviceOracle oracle(device, kTouchError);
+    DeviceOracle oracle(device, kTraits);
     const std::vector<Point> path = {{-2, 0, 0}};
     oracle.travel(path, Ground::proven);
     const ProbeAnswer answer = oracle.probe({0, 1e-3, 0});

@@ -5,13 +5,13 @@
 #include <cmath>
 #include <memory>
 
-#include "devices/grbl_device.h"
-#include "devices/limited_device.h"
-#include "devices/metered_device.h"
-#include "devices/multi_touch_device.h"
-#include "sim/loopback_stream.h"
+#include "devices/decorators/limited_device.h"
+#include "devices/decorators/metered_device.h"
+#include "devices/decorators/multi_touch_device.h"
+#include "devices/grbl/grbl_device.h"
+#include "sim/machines/grbl/loopback_stream.h"
 #include "sim/simulated_device.h"
-#include "tests/devices/modbus_support.h"
+#include "tests/devices/modbus/modbus_support.h"
 #include "tests/random.h"
 
 namespace palpate {
@@ -24,13 +24,13 @@ const Point kStart = test::kStart;
 constexpr double kRadius = test::kRadius;  // mm, of a sphere around the origin
 const Box kLimits{Point::Constant(-30.0), Point::Constant(30.0)};
 
-struct Account {
+struct Cost {
     std::uint64_t unguarded = 0;
     std::uint64_t unsafe = 0;
     std::uint64_t outside = 0;
 };
 
-Account account_of(const VirtualToolAudit& audit) { return {audit.unguarded_moves, audit.unsafe_moves, audit.outside_limits}; }
+Cost account_of(const VirtualToolAudit& audit) { return {audit.unguarded_moves, audit.unsafe_moves, audit.outside_limits}; }
 
 // --- machines --------------------------------------------------------------------------------------------------------
 
@@ -39,7 +39,7 @@ public:
     static constexpr double kResolution = 1e-9;  // mm: rounding
     [[nodiscard]] ProbeDevice& device() { return device_; }
     [[nodiscard]] Point tool() { return device_.position(); }
-    [[nodiscard]] Account account() { return {0, device_.unsafe_moves(), 0}; }
+    [[nodiscard]] Cost cost() { return {0, device_.unsafe_moves(), 0}; }
 
 private:
     HiddenObject object_{ShapeSpec{SphereSpec{kRadius}}};
@@ -53,7 +53,7 @@ public:
     GrblRig() { device_.make_ready(); }
     [[nodiscard]] ProbeDevice& device() { return device_; }
     [[nodiscard]] Point tool() { return tool_.true_position() - test::kOrigin; }
-    [[nodiscard]] Account account() { return account_of(tool_.audit()); }
+    [[nodiscard]] Cost cost() { return account_of(tool_.audit()); }
 
 private:
     static GrblOptions driver_options() {
@@ -79,7 +79,7 @@ public:
     static constexpr double kResolution = 0.001;
     [[nodiscard]] ProbeDevice& device() { return *device_; }
     [[nodiscard]] Point tool() { return machine_.tool(); }
-    [[nodiscard]] Account account() { return account_of(machine_.audit()); }
+    [[nodiscard]] Cost cost() { return account_of(machine_.audit()); }
 
 private:
     test::Machine machine_{kWire};
@@ -108,7 +108,7 @@ private:
         options.samples = 3;
         return options;
     }
-    MultiTouchDevice device_{Rig::device(), options(), Kinematics{}.retract_mm};
+    MultiTouchDevice device_{Rig::device(), options(), MotionModel{}.retract_mm};
 };
 
 template <class Rig>
@@ -117,7 +117,7 @@ public:
     [[nodiscard]] ProbeDevice& device() { return device_; }
 
 private:
-    MeteredDevice device_{Rig::device(), Kinematics{}};
+    MeteredDevice device_{Rig::device(), MotionModel{}};
 };
 
 // As a session has them.
@@ -133,10 +133,10 @@ template <class Rig>
 class ProbeDeviceContract : public testing::Test {
 protected:
     ~ProbeDeviceContract() override {
-        const Account account = rig.account();
-        EXPECT_EQ(account.unguarded, 0U);
-        EXPECT_EQ(account.unsafe, 0U);
-        EXPECT_EQ(account.outside, 0U);
+        const Cost cost = rig.cost();
+        EXPECT_EQ(cost.unguarded, 0U);
+        EXPECT_EQ(cost.unsafe, 0U);
+        EXPECT_EQ(cost.outside, 0U);
     }
     MoveResult move(const Point& target, Pace pace = Pace::probe) { return rig.device().guarded_move(target, pace); }
     void expect_near(const Point& p, const Point& q) const { EXPECT_NEAR((p - q).norm(), 0, kDoubt) << p.transpose(); }

@@ -15,7 +15,7 @@ struct Scene {
           device(object, workspace.center() + 1.5 * workspace.radius() * Vector::UnitZ()),
           oracle(device) {}
     HiddenObject object;
-    Workspace workspace;
+    Region workspace;
     SimulatedDevice device;
     DeviceOracle oracle;
 };
@@ -23,10 +23,10 @@ struct Scene {
 TEST(Baselines, TheRasterSeesWhatLiesOpenToTheSky) {
     Scene scene("sphere");
     const BaselineResult r = probe_raster(scene.oracle, scene.workspace, 2000);
-    EXPECT_LE(r.account.probes(), 2000U);
-    EXPECT_GT(r.account.probes(), 1800U) << "the finest grid that fits";
+    EXPECT_LE(r.cost.probes(), 2000U);
+    EXPECT_GT(r.cost.probes(), 1800U) << "the finest grid that fits";
     EXPECT_EQ(scene.device.unsafe_moves(), 0U);
-    EXPECT_NEAR(scene.device.distance(), r.account.displacement(), 1e-9 * r.account.displacement());
+    EXPECT_NEAR(scene.device.distance(), r.cost.displacement(), 1e-9 * r.cost.displacement());
     ASSERT_GT(r.mesh.points.size(), 500U);
     for (const Point& p : r.mesh.points) {
         EXPECT_NEAR(p.norm(), 1, 1e-9);
@@ -44,10 +44,10 @@ TEST(Baselines, RandomRaysComeNearerWithEveryTouch) {
     for (const std::uint64_t probes : {100U, 800U, 6400U}) {
         Scene scene("torus");
         const BaselineResult r = probe_random_rays(scene.oracle, scene.workspace, probes, 1);
-        EXPECT_EQ(r.account.probes(), probes);
-        EXPECT_EQ(r.mesh.points.size(), r.account.contact);
+        EXPECT_EQ(r.cost.probes(), probes);
+        EXPECT_EQ(r.mesh.points.size(), r.cost.contact);
         EXPECT_EQ(scene.device.unsafe_moves(), 0U);
-        EXPECT_NEAR(scene.device.distance(), r.account.displacement(), 1e-9 * r.account.displacement());
+        EXPECT_NEAR(scene.device.distance(), r.cost.displacement(), 1e-9 * r.cost.displacement());
         // By Crofton, the share of lines through a ball that meet a set is at most its area over that of the ball; every touched
         // point lies on S.
         for (const Point& p : r.mesh.points) EXPECT_LT(scene.object.distance(p), 1e-9);
@@ -61,7 +61,8 @@ TEST(Baselines, RandomRaysComeNearerWithEveryTouch) {
 // Remembers how far outside ω a guarded move ended or aimed.
 class Watched final : public SurfaceOracle {
 public:
-    Watched(SurfaceOracle& oracle, const Workspace& workspace) : oracle_(oracle), workspace_(workspace) {}
+    Watched(SurfaceOracle& oracle, const Region& workspace) : oracle_(oracle), workspace_(workspace) {}
+    OracleTraits traits() const override { return oracle_.traits(); }
     Point position() const override { return oracle_.position(); }
     void travel(std::span<const Point> path, Ground ground) override { oracle_.travel(path, ground); }
     ProbeAnswer probe(const Point& target) override {
@@ -74,12 +75,12 @@ public:
 
 private:
     SurfaceOracle& oracle_;
-    const Workspace& workspace_;
+    const Region& workspace_;
 };
 
 TEST(Tool, NeverAimsOutOfATightWorkspace) {
     const HiddenObject object(ShapeSpec{EllipsoidSpec{{1, 0.8, 0.6}}});
-    for (const Workspace& workspace : {Workspace(Ball{Point::Zero(), 1.01}), Workspace(Box{{-1.01, -0.81, -0.61}, {1.01, 0.81, 0.61}})}) {
+    for (const Region& workspace : {Region(Ball{Point::Zero(), 1.01}), Region(Box{{-1.01, -0.81, -0.61}, {1.01, 0.81, 0.61}})}) {
         for (const Strategy& strategy : {Strategy{}, Strategy::adaptive(), Strategy::thesis()}) {
             SimulatedDevice device(object, {0, 0, 3});
             DeviceOracle oracle(device);

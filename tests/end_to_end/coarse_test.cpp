@@ -1,4 +1,4 @@
-// Too coarse an epsilon: a manifold of the right genus through the extra refinement of DESIGN section 4, or an honest
+// Too coarse an epsilon: a manifold of the right genus through the extra refinement of planner/DESIGN.md, "Repair", or an honest
 // `incomplete`; never a silent defect.
 #include "devices/device_oracle.h"
 #include "tests/end_to_end/subjects.h"

@@ -62,14 +62,15 @@ TEST_P(Refined, NearARegionOfInterest) {
     const FinishedRun coarse(subject("torus"), torus_options(GetParam()));
     EXPECT_GT(r.samples, coarse.result().samples + 200) << "there";
     EXPECT_LT(r.samples, coarse.result().samples * 2) << "and only there";
-    EXPECT_EQ(std::count_if(r.certificate.premises.begin(), r.certificate.premises.end(),
-                            [](const Premise& p) { return p.name == "sizing and angles" && p.state == Premise::State::checked; }),
-              1);
+    EXPECT_EQ(
+        std::count_if(r.certificate.premises.begin(), r.certificate.premises.end(),
+                      [](const Premise& p) { return p.kind == Premise::Kind::sizing_and_angles && p.state == Premise::State::checked; }),
+        1);
 }
 
 TEST_P(Refined, WhereTheSurfaceBends) {
     // A long ellipsoid: it bends at its tips, where the radius of curvature is 0.125, and hardly elsewhere.
-    Subject tips{"tips", ShapeSpec{EllipsoidSpec{{2, 0.5, 0.5}}}, Workspace(Ball{Point::Zero(), 2.3}), {}, {}};
+    Subject tips{"tips", ShapeSpec{EllipsoidSpec{{2, 0.5, 0.5}}}, Region(Ball{Point::Zero(), 2.3}), {}, {}};
     Options options;
     options.epsilon = 0.15;
     options.strategy = GetParam();
@@ -102,18 +103,19 @@ TEST_P(Refined, ABudgetEndsTheRunWithWhatItKnows) {
         EXPECT_EQ(run.device().unsafe_moves(), 0U);
         EXPECT_GT(r.topology.facets, 0U);
         if (budget.probes) {
-            EXPECT_GE(r.account.probes(), 400U);
-            EXPECT_LE(r.account.probes(), 410U) << "what is under way is finished";
+            EXPECT_GE(r.cost.probes(), 400U);
+            EXPECT_LE(r.cost.probes(), 410U) << "what is under way is finished";
         }
         if (budget.machine_time) {
-            EXPECT_GE(estimate_machine_time(r.account, options.rates).count(), 200);
-            EXPECT_LE(estimate_machine_time(r.account, options.rates).count(), 220);
-            options.rates.touch = Seconds(10);
-            EXPECT_LT(FinishedRun(subject("torus"), options).result().account.contact, 21U) << "a slow machine touches less";
+            EXPECT_GE(estimate_machine_time(r.cost, MachineRates{}).count(), 200);
+            EXPECT_LE(estimate_machine_time(r.cost, MachineRates{}).count(), 220);
+            OracleTraits slow;
+            slow.rates.touch = Seconds(10);
+            EXPECT_LT(FinishedRun(subject("torus"), options, {}, {}, slow).result().cost.contact, 21U) << "a slow machine touches less";
         }
         if (budget.displacement) {
-            EXPECT_GE(r.account.displacement(), 80);
-            EXPECT_LE(r.account.displacement(), 95);
+            EXPECT_GE(r.cost.displacement(), 80);
+            EXPECT_LE(r.cost.displacement(), 95);
         }
     }
     // One that is not used up changes nothing.
@@ -122,7 +124,7 @@ TEST_P(Refined, ABudgetEndsTheRunWithWhatItKnows) {
     options.budget = {1'000'000, 1e9, 1e9};
     const FinishedRun run(subject("torus"), options);
     EXPECT_EQ(run.result().samples, free.result().samples);
-    EXPECT_EQ(run.result().account.probes(), free.result().account.probes());
+    EXPECT_EQ(run.result().cost.probes(), free.result().cost.probes());
     expect_right_result(run);
 }
 

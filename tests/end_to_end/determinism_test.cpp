@@ -20,7 +20,7 @@ TEST(Determinism, SameTouchesByteForByte) {
             ASSERT_EQ(std::memcmp(a.from.data(), b.from.data(), sizeof(double) * 3), 0) << "touch " << k;
             ASSERT_EQ(a.sample, b.sample);
         }
-        EXPECT_EQ(first.result().account.displacement(), second.result().account.displacement());
+        EXPECT_EQ(first.result().cost.displacement(), second.result().cost.displacement());
         EXPECT_EQ(first.result().mesh.triangles, second.result().mesh.triangles);
     }
 }
@@ -35,12 +35,25 @@ TEST(Determinism, WatchingChangesNothing) {
         falling |= p.fraction_done < last_fraction || p.fraction_done > 1;
         last_fraction = p.fraction_done;
     };
+    std::size_t samples = 0;
+    observer.on_sample = [&](const RunView& view) {
+        ASSERT_GT(view.samples.size(), samples);
+        samples = view.samples.size();
+        if (samples % 64 != 0) return;
+        const TriangleMesh surface = view.surface();
+        ASSERT_LE(surface.points.size(), samples);
+        ASSERT_FALSE(surface.triangles.empty());
+        for (const Point& p : surface.points) {
+            ASSERT_TRUE(std::ranges::any_of(view.touches, [&](const Touch& touch) { return touch.sample && touch.position == p; }));
+        }
+    };
     const FinishedRun watched(subject("torus"), 0.12, Strategy{}, observer);
+    EXPECT_EQ(samples, watched.result().samples);
     const FinishedRun alone(subject("torus"), 0.12, Strategy{});
     EXPECT_FALSE(falling);
     EXPECT_GT(last_fraction, 0.5);
-    EXPECT_EQ(reports + watched.result().account.seed, watched.result().account.probes());
-    EXPECT_EQ(watched.result().account.displacement(), alone.result().account.displacement());
+    EXPECT_EQ(reports + watched.result().cost.seed, watched.result().cost.probes());
+    EXPECT_EQ(watched.result().cost.displacement(), alone.result().cost.displacement());
 }
 
 }  // namespace

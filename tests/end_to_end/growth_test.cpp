@@ -1,4 +1,4 @@
-// Inference from a reach bound and growth as a front: what it saves, and that a false bound is found out (DESIGN section 6).
+// Inference from a reach bound and growth as a front: what it saves, and that a false bound is found out (planner/DESIGN.md, "Growing").
 #include <cmath>
 #include <iostream>
 #include <limits>
@@ -23,8 +23,8 @@ TEST_P(Growth, CostsLittleMoreThanOneTouchPerSample) {
     const FinishedRun run(subject(c.subject), c.epsilon, Strategy{});
     const Result& r = run.result();
     const auto samples = static_cast<double>(r.samples);
-    EXPECT_LE(static_cast<double>(r.account.probes()) / samples, c.probes_per_sample);
-    EXPECT_LE(r.account.displacement() / r.lower_bound_displacement, c.displacement);
+    EXPECT_LE(static_cast<double>(r.cost.probes()) / samples, c.probes_per_sample);
+    EXPECT_LE(r.cost.displacement() / r.lower_bound_displacement, c.displacement);
     EXPECT_LE(samples / r.lower_bound_samples, c.samples_per_bound);
     EXPECT_EQ(r.certificate.status, Certificate::Status::certified);
     expect_right_result(run);
@@ -42,7 +42,7 @@ INSTANTIATE_TEST_SUITE_P(Objects, Growth,
 
 // What the certificate says that the touches allow.
 double largest_bound(const Certificate& certificate) {
-    const std::string& detail = certificate.premises.at(3).detail;
+    const std::string& detail = certificate.find(Premise::Kind::reach)->detail;
     const std::string key = "the largest bound that the touches allow is ";
     const std::size_t at = detail.find(key);
     return at == std::string::npos ? std::numeric_limits<double>::quiet_NaN() : std::stod(detail.substr(at + key.size()));
@@ -55,7 +55,7 @@ TEST(FalseBound, IsRefutedAndTheMeshIsRightAllTheSame) {
         const FinishedRun run(subject(name), epsilon, Strategy{}, {}, told);
         expect_right_result(run);
         EXPECT_EQ(run.result().certificate.status, Certificate::Status::refuted);
-        const Premise& reach = run.result().certificate.premises.at(3);
+        const Premise& reach = *run.result().certificate.find(Premise::Kind::reach);
         EXPECT_EQ(reach.state, Premise::State::refuted);
         // The evidence never rules out the truth, and says what it is.
         const double largest = largest_bound(run.result().certificate);
@@ -70,7 +70,8 @@ TEST(TrueBound, IsNeverRefuted) {
         SCOPED_TRACE(name);
         const FinishedRun run(subject(name), epsilon, Strategy{});
         expect_right_result(run);
-        EXPECT_NE(run.result().certificate.status, Certificate::Status::refuted) << run.result().certificate.premises.at(3).detail;
+        EXPECT_NE(run.result().certificate.status, Certificate::Status::refuted)
+            << run.result().certificate.find(Premise::Kind::reach)->detail;
         EXPECT_EQ(run.wrong_inferences(), 0U);
     }
 }
@@ -99,16 +100,16 @@ TEST(Adaptive, CostsLittleWhereNobodyKnowsTheReach) {
     const FinishedRun run(subject("bunny"), 0.236, Strategy::adaptive());
     const Result& r = run.result();
     expect_right_result(run);
-    EXPECT_LE(static_cast<double>(r.account.probes()) / static_cast<double>(r.samples), 3);
-    EXPECT_LE(r.account.displacement() / r.lower_bound_displacement, 15);
+    EXPECT_LE(static_cast<double>(r.cost.probes()) / static_cast<double>(r.samples), 3);
+    EXPECT_LE(r.cost.displacement() / r.lower_bound_displacement, 15);
     EXPECT_LE(static_cast<double>(r.samples) / r.lower_bound_samples, 1.6);
     // A heuristic, and it says so: some of it is wrong, little.
     EXPECT_EQ(r.certificate.status, Certificate::Status::conditional);
-    EXPECT_EQ(r.certificate.premises.at(3).state, Premise::State::missing);
-    EXPECT_EQ(r.certificate.premises.back().state, Premise::State::missing);
+    EXPECT_EQ(r.certificate.find(Premise::Kind::reach)->state, Premise::State::missing);
+    EXPECT_EQ(r.certificate.find(Premise::Kind::inference)->state, Premise::State::missing);
     EXPECT_NE(r.certificate.statement.find("heuristic"), std::string::npos) << r.certificate.statement;
     EXPECT_LE(static_cast<double>(run.wrong_inferences()), 0.01 * static_cast<double>(run.inferences()));
-    EXPECT_GT(r.account.inferred_contact, r.topology.facets / 10);
+    EXPECT_GT(r.cost.inferred_contact, r.topology.facets / 10);
 }
 
 TEST(Adaptive, EndsRightOnCreasesAndAtAnyEpsilon) {
@@ -129,7 +130,7 @@ TEST(Adaptive, RestsOnAGivenBoundAndNeverExceedsIt) {
 
 TEST(FalseBound, IsNeverSaidToBeFalserThanItIs) {
     // A thin plate: local bounds are lowered again and again at its rim.
-    const Subject plate{"plate", ShapeSpec{RoundedBoxSpec{{2, 1.5, 0.2}, 0.1}}, Workspace(Ball{Point::Zero(), 1.6}), {}, {}};
+    const Subject plate{"plate", ShapeSpec{RoundedBoxSpec{{2, 1.5, 0.2}, 0.1}}, Region(Ball{Point::Zero(), 1.6}), {}, {}};
     for (const Strategy& strategy : {Strategy{}, Strategy::adaptive()}) {
         for (const double told : {0.2, 0.5}) {
             Options options;
@@ -141,7 +142,7 @@ TEST(FalseBound, IsNeverSaidToBeFalserThanItIs) {
             expect_right_result(run);
             const Certificate& certificate = run.result().certificate;
             EXPECT_EQ(certificate.status, Certificate::Status::refuted);
-            EXPECT_GE(largest_bound(certificate), 0.1 * (1 - 1e-6)) << certificate.premises.at(3).detail;
+            EXPECT_GE(largest_bound(certificate), 0.1 * (1 - 1e-6)) << certificate.find(Premise::Kind::reach)->detail;
             EXPECT_LT(largest_bound(certificate), told);
         }
     }
@@ -154,7 +155,7 @@ TEST(Audit, EndsWhenItIsEnough) {
     options.audit = 1;
     const FinishedRun run(subject("torus"), options);
     expect_right_result(run);
-    const std::string& detail = run.result().certificate.premises.back().detail;
+    const std::string& detail = run.result().certificate.find(Premise::Kind::inference)->detail;
     EXPECT_NE(detail.find("; 300 more were touched anyway, 0 of them"), std::string::npos) << detail;
 }
 

@@ -1,5 +1,5 @@
 // MaintainedDelaunay::is_valid after every insertion, and records against the ray caster while a run is under way.
-#include "planner/internal/maintained_delaunay.h"
+#include "planner/motion/probed_space.h"
 #include "tests/end_to_end/subjects.h"
 
 namespace palpate {
@@ -12,13 +12,12 @@ TEST_P(Invariants, HoldAfterEveryInsertion) {
         SCOPED_TRACE(name);
         std::size_t insertions = 0;
         std::string first_wrong;
-        Observer observer;
-        observer.on_insertion = [&](const MaintainedDelaunay& state) {
+        const auto look = [&](const ProbedSpace& space) {
             ++insertions;
             std::string why;
-            if (first_wrong.empty() && !state.is_valid(&why)) first_wrong = "after insertion " + std::to_string(insertions) + ": " + why;
+            if (first_wrong.empty() && !space.is_valid(&why)) first_wrong = "after insertion " + std::to_string(insertions) + ": " + why;
         };
-        const FinishedRun run(subject(name), epsilon, GetParam(), observer);
+        const FinishedRun run(subject(name), epsilon, GetParam(), {}, std::nullopt, look);
         EXPECT_EQ(first_wrong, "");
         EXPECT_GT(insertions, 50U);
         expect_true_records(run);

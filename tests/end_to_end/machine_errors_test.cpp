@@ -63,9 +63,7 @@ struct RoughRun {
         options.strategy = strategy;
         options.seed_rays = subject.seed_rays;
         if (strategy.infer == Strategy::Infer::reach) options.reach = object.reach();
-        options.touch_error = 2 * kResolution_mm;
-        options.retract = retract;
-        DeviceOracle oracle(device, options.touch_error);
+        DeviceOracle oracle(device, {.touch_error = 2 * kResolution_mm, .retract = retract, .overtravel = {}, .rates = {}});
         result = probe_surface(oracle, subject.workspace, options);
     }
 };
@@ -99,7 +97,7 @@ TEST(MachineErrors, TouchesThatFailNowAndThenAreLeftOutAndTheRestGoesOn) {
         SCOPED_TRACE(strategy_name(strategy));
         const RoughRun run(subject("torus"), 0.12, strategy, 0.05, 0.02);
         EXPECT_GT(run.device.failed, 3U);
-        EXPECT_EQ(run.result.account.failed, run.device.failed);
+        EXPECT_EQ(run.result.cost.failed, run.device.failed);
         // Most of it is there, whatever single edges could not be closed.
         EXPECT_GT(run.result.topology.facets, 0.9 * 2 * static_cast<double>(run.result.samples));
         EXPECT_EQ(run.exact.unsafe_moves(), 0U);

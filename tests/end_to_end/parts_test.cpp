@@ -5,8 +5,8 @@
 #include <fstream>
 
 #include "planner/errors.h"
-#include "planner/internal/effort.h"
-#include "sim/workspace_fit.h"
+#include "planner/loop/effort.h"
+#include "sim/region_fit.h"
 #include "tests/end_to_end/random_parts.h"
 #include "tests/end_to_end/subjects.h"
 #include "tests/off_text.h"
@@ -27,7 +27,7 @@ std::vector<Strategy> four_strategies() {
 void expect_right_or_named(const FinishedRun& run, bool is_fine) {
     const Result& r = run.result();
     EXPECT_EQ(run.device().unsafe_moves(), 0U);
-    EXPECT_LE(r.account.probes(), Effort::kTries + 40 * r.samples);
+    EXPECT_LE(r.cost.probes(), Effort::kTries + 40 * r.samples);
     for (const auto* places : {&r.bad_places, &r.thin_places}) {
         for (const BadPlace& place : *places) {
             EXPECT_GT(place.epsilon_needed, 0) << place.what;
@@ -119,7 +119,7 @@ TEST_P(Cases, ASlotNarrowerThanEpsilon) { expect_right_or_named(run_file("u_slot
 TEST_P(Cases, APipeWhoseWallIsThinnerThanEpsilon) {
     const FinishedRun run = run_file("pipe_wall0.2.off", 0.5, GetParam());
     expect_right_or_named(run, false);
-    EXPECT_LE(static_cast<double>(run.result().account.probes()), 25.0 * static_cast<double>(run.result().samples));
+    EXPECT_LE(static_cast<double>(run.result().cost.probes()), 25.0 * static_cast<double>(run.result().samples));
 }
 
 // The two sheets are farther apart than epsilon at three of it from their edge.

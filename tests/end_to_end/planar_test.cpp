@@ -1,4 +1,4 @@
-// Planar faces: four coplanar samples have a circumcentre anywhere (DESIGN section 7).
+// Planar faces: four coplanar samples have a circumcentre anywhere (planner/DESIGN.md, "Numerics").
 #include <numbers>
 
 #include "tests/end_to_end/subjects.h"
@@ -7,7 +7,7 @@ namespace palpate {
 namespace {
 
 TEST(Planar, SharpBoxAlongTheAxes) {
-    const Subject box{"sharp_box", ShapeSpec{RoundedBoxSpec{{1.6, 1.2, 0.8}, 0.0}}, Workspace(Ball{Point::Zero(), 1.3}), {}, {}};
+    const Subject box{"sharp_box", ShapeSpec{RoundedBoxSpec{{1.6, 1.2, 0.8}, 0.0}}, Region(Ball{Point::Zero(), 1.3}), {}, {}};
     for (const Strategy& strategy : all_strategies()) {
         SCOPED_TRACE(strategy_name(strategy));
         for (const double epsilon : {0.17, 0.08}) {
@@ -23,7 +23,7 @@ TEST(Planar, SharpBoxAskewAndWithSeedsOnItsFaces) {
     shape.rotate = Vector(10, 20, 30) * std::numbers::pi / 180;
     const Subject box{"askew",
                       shape,
-                      Workspace(Ball{Point::Zero(), 1.3}),
+                      Region(Ball{Point::Zero(), 1.3}),
                       {},
                       {{{0, 0, 1.5}, {0, 0, 0}}, {{1.5, 0, 0}, {0, 0, 0}}, {{0, -1.5, 0}, {0, 0, 0}}}};
     for (const Strategy& strategy : all_strategies()) {

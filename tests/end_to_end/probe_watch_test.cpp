@@ -1,16 +1,16 @@
 // A probe that dies in mid-session, or misses touches: the planner on the real GRBL driver, which drives a virtual machine whose own
-// account says how deep and how fast the tool went (DEVICES section 4).
-#include "planner/internal/probe_watch.h"
+// account says how deep and how fast the tool went (devices/FACTS.md, "Safety floor").
+#include "planner/motion/probe_watch.h"
 
 #include <gmock/gmock.h>
 
+#include "devices/decorators/multi_touch_device.h"
 #include "devices/device_oracle.h"
 #include "devices/errors.h"
-#include "devices/grbl_device.h"
-#include "devices/multi_touch_device.h"
+#include "devices/grbl/grbl_device.h"
 #include "planner/errors.h"
-#include "sim/loopback_stream.h"
-#include "sim/virtual_tool.h"
+#include "sim/machines/grbl/loopback_stream.h"
+#include "sim/machines/virtual_tool.h"
 #include "tests/end_to_end/subjects.h"
 #include "tests/random.h"
 
@@ -29,6 +29,7 @@ class LoggedOracle final : public SurfaceOracle {
 public:
     explicit LoggedOracle(SurfaceOracle& oracle) : oracle_(oracle) {}
     [[nodiscard]] Point position() const override { return oracle_.position(); }
+    [[nodiscard]] OracleTraits traits() const override { return oracle_.traits(); }
     void travel(std::span<const Point> path, Ground ground) override { oracle_.travel(path, ground); }
     [[nodiscard]] ProbeAnswer probe(const Point& target) override {
         asked.push_back({target, oracle_.probe(target)});
@@ -72,31 +73,35 @@ struct Rig {
     Rig(const Strategy& strategy, VirtualGrblOptions controller, bool watches = true)
         : tool(object, axes()),
           grbl(tool, std::move(controller)),
-          device(stream, stream, {kinematics(), Point::Zero(), Homing::skip}),
-          touching((device.make_ready(), device), MultiTouchOptions{}, kinematics().retract_mm),
-          machine(touching, kTouchError),
+          device(stream, stream, {motion(), Point::Zero(), Homing::skip}),
+          touching((device.make_ready(), device), MultiTouchOptions{}, motion().retract_mm),
+          machine(touching, traits(watches)),
           oracle(machine) {
         options.epsilon = strategy.infer == Strategy::Infer::none ? 2 : 1;
         options.strategy = strategy;
         if (strategy.infer == Strategy::Infer::reach) options.reach = kRadius;
-        options.touch_error = kTouchError;
-        options.retract = kinematics().retract_mm;
-        if (watches) options.overtravel = kOvertravel;
     }
-    void run() { result = probe_surface(oracle, Workspace(Ball{Point::Zero(), 7}), options); }
+    void run() { result = probe_surface(oracle, Region(Ball{Point::Zero(), 7}), options); }
 
-    static Kinematics kinematics() {
-        Kinematics k;
+    static OracleTraits traits(bool watches) {
+        OracleTraits traits;
+        traits.touch_error = kTouchError;
+        traits.retract = motion().retract_mm;
+        if (watches) traits.overtravel = kOvertravel;
+        return traits;
+    }
+    static MotionModel motion() {
+        MotionModel k;
         k.retract_mm = 0.2;
         k.overtravel_mm = kOvertravel;
         return k;
     }
     static VirtualToolOptions axes() {
         VirtualToolOptions axes;
-        axes.kinematics = kinematics();
+        axes.motion = motion();
         axes.start = {0, 0, 14};
         axes.limits = {Point::Constant(-16), Point::Constant(16)};
-        axes.probe_feed_mm_per_s = axes.kinematics.feeds.probe_mm_per_s;
+        axes.probe_feed_mm_per_s = axes.motion.feeds.probe_mm_per_s;
         return axes;
     }
 };
@@ -227,7 +232,7 @@ TEST(ProbeWatch, CostsLittle) {
         with.run();
         Rig without(strategy, {}, false);
         without.run();
-        const auto touches = [](const Rig& rig) { return static_cast<double>(rig.result.account.contact); };
+        const auto touches = [](const Rig& rig) { return static_cast<double>(rig.result.cost.contact); };
         EXPECT_LE(touches(with), 1.05 * touches(without) + 1) << strategy_name(strategy);
         EXPECT_LE(with.grbl.now().count(), 1.08 * without.grbl.now().count() + 5) << strategy_name(strategy);
     }

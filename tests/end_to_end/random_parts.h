@@ -6,7 +6,7 @@
 #include <vector>
 
 #include "planner/geometry.h"
-#include "planner/workspace.h"
+#include "planner/region.h"
 
 namespace palpate {
 

@@ -37,10 +37,10 @@ TEST_P(RandomShapes, EndWithTheTruth) {
     shape.at = {uniform(-5, 5), uniform(-5, 5), uniform(-5, 5)};
     shape.rotate = {uniform(0, 6), uniform(0, 6), uniform(0, 6)};
     const HiddenObject object{ObjectSpec(shape)};
-    const Bounds& bounds = object.bounds();
+    const Box& bounds = object.bounds();
     const Vector spare(uniform(0.05, 0.3), uniform(0.05, 0.3), uniform(0.05, 0.3));
-    const Workspace workspace = random_() % 2 == 0 ? Workspace(Ball{bounds.center() + spare, bounds.diagonal() / 2 + 0.6})
-                                                   : Workspace(Box{bounds.min - spare, bounds.max + 2 * spare});
+    const Region workspace = random_() % 2 == 0 ? Region(Ball{bounds.center() + spare, bounds.diagonal() / 2 + 0.6})
+                                                : Region(Box{bounds.min - spare, bounds.max + 2 * spare});
     const Subject random_subject{"random", shape, workspace, {}, {}};
     const Strategy strategy = all_strategies()[random_() % 5];
     const double epsilon = uniform(0.15, 0.4) * *object.reach();

@@ -5,7 +5,7 @@
 #include <numbers>
 
 #include "devices/device_oracle.h"
-#include "planner/internal/run.h"
+#include "planner/loop/probing_loop.h"
 
 namespace palpate {
 namespace {
@@ -20,25 +20,25 @@ std::vector<Subject> make_subjects() {
     const ShapeSpec two{std::vector<ShapeSpec>{placed({SphereSpec{0.5}}, {-0.8, 0.1, 0}),
                                                placed({EllipsoidSpec{{0.6, 0.5, 0.45}}}, {0.7, 0, 0.1}, {10, 20, 30})}};
     return {
-        {"sphere", ShapeSpec{SphereSpec{1}}, Workspace(Ball{Point::Zero(), 1.2}), {0.16, 0.08}, {}},
+        {"sphere", ShapeSpec{SphereSpec{1}}, Region(Ball{Point::Zero(), 1.2}), {0.16, 0.08}, {}},
         {"ellipsoid",
          placed({EllipsoidSpec{{1, 0.8, 0.6}}}, {0.1, 0, 0}, {0, 30, 10}),
-         Workspace(Ball{Point::Zero(), 1.3}),
+         Region(Ball{Point::Zero(), 1.3}),
          {0.16, 0.0575},
          {}},
-        {"torus", ShapeSpec{TorusSpec{1, 0.4}}, Workspace(Ball{Point::Zero(), 1.6}), {0.12, 0.06}, {}},
-        {"genus2", ShapeSpec{Genus2Spec{1}}, Workspace(Box{{-1.5, -0.9, -0.4}, {1.5, 0.9, 0.4}}), {0.08, 0.032}, {}},
+        {"torus", ShapeSpec{TorusSpec{1, 0.4}}, Region(Ball{Point::Zero(), 1.6}), {0.12, 0.06}, {}},
+        {"genus2", ShapeSpec{Genus2Spec{1}}, Region(Box{{-1.5, -0.9, -0.4}, {1.5, 0.9, 0.4}}), {0.08, 0.032}, {}},
         {"rounded_box",
          placed({RoundedBoxSpec{{1.6, 1.2, 0.8}, 0.3}}, {0, 0, 0}, {12, -20, 30}),
-         Workspace(Ball{Point::Zero(), 1.4}),
+         Region(Ball{Point::Zero(), 1.4}),
          {0.15, 0.048},
          {}},
         {"two_components",
          two,
-         Workspace(Ball{Point::Zero(), 1.7}),
+         Region(Ball{Point::Zero(), 1.7}),
          {0.12, 0.05},
          {{{-0.8, 0.1, 1.6}, {-0.8, 0.1, 0}}, {{0.7, 0, 1.6}, {0.7, 0, 0.1}}}},
-        {"bunny", MeshSpec{PALPATE_TEST_DATA "/bunny.off", 1.0}, Workspace(Ball{{0, 4.8, 0}, 7.5}), {0.4, 0.25}, {}},
+        {"bunny", MeshSpec{PALPATE_TEST_DATA "/bunny.off", 1.0}, Region(Ball{{0, 4.8, 0}, 7.5}), {0.4, 0.25}, {}},
     };
 }
 
@@ -72,25 +72,27 @@ Options options_for(const Subject& subject, double epsilon, const Strategy& stra
 }  // namespace
 
 FinishedRun::FinishedRun(const Subject& subject, double epsilon, const Strategy& strategy, const Observer& observer,
-                         std::optional<double> reach)
-    : FinishedRun(subject, options_for(subject, epsilon, strategy, reach), observer) {}
+                         std::optional<double> reach, const Look& look)
+    : FinishedRun(subject, options_for(subject, epsilon, strategy, reach), observer, look) {}
 
-FinishedRun::FinishedRun(const Subject& subject, const Options& options, const Observer& observer)
+FinishedRun::FinishedRun(const Subject& subject, const Options& options, const Observer& observer, const Look& look,
+                         const OracleTraits& traits)
     : object_(std::make_unique<HiddenObject>(subject.object)), workspace_(subject.workspace), options_(options), observer_(observer) {
+    if (look) observer_.on_sample = [this, look](const RunView&) { look(run_->space()); };
     observer_.on_inference = [this](const Point& near, const Point& far) {
         ++inferences_;
         if (object_->contains(near) || !object_->contains(far)) ++wrong_inferences_;
     };
     device_ = std::make_unique<SimulatedDevice>(*object_, workspace_.center() + 1.5 * workspace_.radius() * Vector::UnitZ());
-    oracle_ = std::make_unique<DeviceOracle>(*device_);
-    run_ = std::make_unique<Run>(*oracle_, workspace_, options_, observer_);
+    oracle_ = std::make_unique<DeviceOracle>(*device_, traits);
+    run_ = std::make_unique<ProbingLoop>(*oracle_, workspace_, options_, observer_);
     run_->execute();
     result_ = run_->result();
 }
 
 FinishedRun::~FinishedRun() = default;
 
-const MaintainedDelaunay& FinishedRun::state() const { return run_->state(); }
+const ProbedSpace& FinishedRun::space() const { return run_->space(); }
 
 void expect_right_result(const FinishedRun& run) {
     const Result& r = run.result();
@@ -103,7 +105,7 @@ void expect_right_result(const FinishedRun& run) {
     EXPECT_EQ(r.topology.inward_components, 0U);
     EXPECT_LE(r.max_ball_radius, run.options().epsilon);
     EXPECT_EQ(run.device().unsafe_moves(), 0U);
-    EXPECT_NEAR(run.device().distance(), r.account.displacement(), 1e-9 * r.account.displacement());
+    EXPECT_NEAR(run.device().distance(), r.cost.displacement(), 1e-9 * r.cost.displacement());
     if (r.certificate.status != Certificate::Status::refuted && run.options().strategy.infer != Strategy::Infer::adaptive) {
         EXPECT_EQ(run.wrong_inferences(), 0U);
     }
@@ -136,7 +138,7 @@ void expect_sparse(const FinishedRun& run) {
 }
 
 void expect_true_records(const FinishedRun& run) {
-    const MaintainedDelaunay& state = run.state();
+    const MaintainedDelaunay& state = run.space().delaunay();
     const double tolerance = 1e-9 * run.object().scale();
     const bool exhaustive = run.options().strategy.explore == Strategy::Explore::exhaustive;
     const bool guesses = run.options().strategy.infer == Strategy::Infer::adaptive;  // its inferences are a heuristic's

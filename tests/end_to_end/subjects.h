@@ -3,23 +3,25 @@
 
 #include <gtest/gtest.h>
 
+#include <functional>
 #include <memory>
 #include <optional>
 #include <string>
 #include <vector>
 
-#include "planner/prober.h"
-#include "sim/hidden_object.h"
+#include "planner/probe_surface.h"
+#include "sim/objects/hidden_object.h"
 #include "sim/simulated_device.h"
 
 namespace palpate {
 
-class Run;
+class ProbedSpace;
+class ProbingLoop;
 
 struct Subject {
     std::string name;
     ObjectSpec object;
-    Workspace workspace;
+    Region workspace;
     std::vector<double> epsilons;    // mm
     std::vector<Segment> seed_rays;  // empty: the default seeds
 };
@@ -31,15 +33,19 @@ const Subject& subject(const std::string& name);
 // A finished run with everything that it ran on.
 class FinishedRun {
 public:
+    // Looks at all that is known, after every sample that is not a seed.
+    using Look = std::function<void(const ProbedSpace&)>;
+
     // `reach` (mm): the bound that the planner is told, in place of the true one; an adaptive strategy is told none.
     FinishedRun(const Subject& subject, double epsilon, const Strategy& strategy, const Observer& observer = {},
-                std::optional<double> reach = std::nullopt);
-    FinishedRun(const Subject& subject, const Options& options, const Observer& observer = {});
+                std::optional<double> reach = std::nullopt, const Look& look = {});
+    FinishedRun(const Subject& subject, const Options& options, const Observer& observer = {}, const Look& look = {},
+                const OracleTraits& traits = {});
     ~FinishedRun();
 
     const HiddenObject& object() const { return *object_; }
     const SimulatedDevice& device() const { return *device_; }
-    const MaintainedDelaunay& state() const;
+    const ProbedSpace& space() const;
     const Options& options() const { return options_; }
     const Result& result() const { return result_; }
     // Crossings that were inferred, and those of them where S has none.
@@ -49,12 +55,12 @@ public:
 private:
     // The run keeps references: all stay where they are.
     std::unique_ptr<HiddenObject> object_;
-    Workspace workspace_;
+    Region workspace_;
     Options options_;
     Observer observer_;
     std::unique_ptr<SimulatedDevice> device_;
     std::unique_ptr<SurfaceOracle> oracle_;
-    std::unique_ptr<Run> run_;
+    std::unique_ptr<ProbingLoop> run_;
     Result result_;
     std::size_t inferences_ = 0;
     std::size_t wrong_inferences_ = 0;

@@ -1,7 +1,7 @@
 // Bytes from a serial line, as lines and as messages.
 #include <string>
 
-#include "devices/grbl_message.h"
+#include "devices/grbl/grbl_message.h"
 #include "tests/fuzz/fuzz_target.h"
 
 extern "C" int LLVMFuzzerTestOneInput(const std::uint8_t* data, std::size_t size) {

@@ -1,7 +1,7 @@
 // A journal from a disk that has seen better days: it is read, or refused with its line.
 #include <string>
 
-#include "devices/journal.h"
+#include "devices/session/journal.h"
 #include "tests/fuzz/fuzz_target.h"
 
 extern "C" int LLVMFuzzerTestOneInput(const std::uint8_t* data, std::size_t size) {

@@ -10,6 +10,7 @@
 namespace palpate {
 namespace {
 
+using Kind = Premise::Kind;
 using State = Premise::State;
 using Status = Certificate::Status;
 
@@ -36,11 +37,11 @@ Case good_case() {
     return c;
 }
 
-const Premise& premise(const Certificate& certificate, const std::string& name) {
-    const auto found = std::find_if(certificate.premises.begin(), certificate.premises.end(),
-                                    [&](const Premise& p) { return p.name.find(name) != std::string::npos; });
-    EXPECT_NE(found, certificate.premises.end()) << name;
-    return *found;
+const Premise& premise(const Certificate& certificate, Kind kind) {
+    const Premise* found = certificate.find(kind);
+    EXPECT_NE(found, nullptr) << name_of(kind);
+    static const Premise kNone;
+    return found != nullptr ? *found : kNone;
 }
 
 bool promises_isotopy(const Certificate& certificate) {
@@ -54,17 +55,17 @@ TEST(Certificate, CertifiedWhenEveryPremiseHolds) {
     const Certificate c = good_case().certify();
     EXPECT_EQ(c.status, Status::certified);
     EXPECT_TRUE(promises_isotopy(c));
-    EXPECT_EQ(premise(c, "I1").state, State::checked);
-    EXPECT_EQ(premise(c, "I2").state, State::assumed);
-    EXPECT_EQ(premise(c, "I3").state, State::checked);
-    EXPECT_EQ(premise(c, "reach").state, State::assumed);
-    EXPECT_EQ(premise(c, "workspace").state, State::assumed);
-    EXPECT_EQ(premise(c, "touches").state, State::assumed);
+    EXPECT_EQ(premise(c, Kind::closed_oriented_manifold).state, State::checked);
+    EXPECT_EQ(premise(c, Kind::every_component).state, State::assumed);
+    EXPECT_EQ(premise(c, Kind::small_balls).state, State::checked);
+    EXPECT_EQ(premise(c, Kind::reach).state, State::assumed);
+    EXPECT_EQ(premise(c, Kind::object_in_workspace).state, State::assumed);
+    EXPECT_EQ(premise(c, Kind::exact_touches).state, State::assumed);
     for (const Premise& p : c.premises) {
-        EXPECT_FALSE(p.detail.empty()) << p.name;
-        // DESIGN section 4: who assumes it.
+        EXPECT_FALSE(p.detail.empty()) << name_of(p.kind);
+        // planner/DESIGN.md, "Guarantees": who assumes it.
         if (p.state == State::assumed) {
-            EXPECT_NE(p.detail.find("user"), std::string::npos) << p.name;
+            EXPECT_NE(p.detail.find("user"), std::string::npos) << name_of(p.kind);
         }
     }
 }
@@ -74,8 +75,9 @@ TEST(Certificate, ConditionalWithoutAReachBoundAndSaysWhatWouldDo) {
     c.options.reach.reset();
     const Certificate certificate = c.certify();
     EXPECT_EQ(certificate.status, Status::conditional);
-    EXPECT_EQ(premise(certificate, "reach").state, State::missing);
-    EXPECT_NE(premise(certificate, "reach").detail.find("1 mm would do"), std::string::npos) << premise(certificate, "reach").detail;
+    EXPECT_EQ(premise(certificate, Kind::reach).state, State::missing);
+    EXPECT_NE(premise(certificate, Kind::reach).detail.find("1 mm would do"), std::string::npos)
+        << premise(certificate, Kind::reach).detail;
     EXPECT_FALSE(promises_isotopy(certificate));
     EXPECT_NE(certificate.statement.find("not guaranteed"), std::string::npos);
 }
@@ -84,7 +86,7 @@ TEST(Certificate, ConditionalWhenTheReachBoundIsTooSmallForEpsilon) {
     Case c = good_case();
     c.options.reach = 0.999;
     EXPECT_EQ(c.certify().status, Status::conditional);
-    EXPECT_EQ(premise(c.certify(), "reach").state, State::missing);
+    EXPECT_EQ(premise(c.certify(), Kind::reach).state, State::missing);
     EXPECT_FALSE(promises_isotopy(c.certify()));
     c.options.reach = c.options.epsilon / kMaxEpsilonPerReach;
     EXPECT_EQ(c.certify().status, Status::certified) << "exactly at the limit";
@@ -114,13 +116,14 @@ TEST(Certificate, IncompleteAndNothingPromisedWhenI1Fails) {
         ways[k](c);
         const Certificate certificate = c.certify();
         EXPECT_EQ(certificate.status, Status::incomplete);
-        EXPECT_EQ(premise(certificate, "I1").state, State::refuted);
+        EXPECT_EQ(premise(certificate, Kind::closed_oriented_manifold).state, State::refuted);
         EXPECT_FALSE(promises_isotopy(certificate));
         EXPECT_NE(certificate.statement.find("Nothing is guaranteed"), std::string::npos);
     }
     Case c = good_case();
     ways[1](c);
-    EXPECT_NE(premise(c.certify(), "I1").detail.find("1 non-manifold"), std::string::npos) << "the evidence is named";
+    EXPECT_NE(premise(c.certify(), Kind::closed_oriented_manifold).detail.find("1 non-manifold"), std::string::npos)
+        << "the evidence is named";
 }
 
 TEST(Certificate, IncompleteWhenATouchIsNotRepresented) {
@@ -128,16 +131,16 @@ TEST(Certificate, IncompleteWhenATouchIsNotRepresented) {
     c.evidence.unrepresented_touches = 3;
     const Certificate certificate = c.certify();
     EXPECT_EQ(certificate.status, Status::incomplete);
-    EXPECT_EQ(premise(certificate, "I2").state, State::refuted);
-    EXPECT_NE(premise(certificate, "I2").detail.find("3 samples"), std::string::npos);
+    EXPECT_EQ(premise(certificate, Kind::every_component).state, State::refuted);
+    EXPECT_NE(premise(certificate, Kind::every_component).detail.find("3 samples"), std::string::npos);
     EXPECT_FALSE(promises_isotopy(certificate));
 }
 
 TEST(Certificate, SaysWhetherTheUserGaveSeeds) {
     Case c = good_case();
-    const std::string with = premise(c.certify(), "I2").detail;
+    const std::string with = premise(c.certify(), Kind::every_component).detail;
     c.evidence.seeds_given = false;
-    const std::string without = premise(c.certify(), "I2").detail;
+    const std::string without = premise(c.certify(), Kind::every_component).detail;
     EXPECT_NE(with, without);
     EXPECT_NE(without.find("gave no seed rays"), std::string::npos) << without;
     EXPECT_EQ(c.certify().status, Status::certified) << "one component, as the user says by silence";
@@ -146,15 +149,15 @@ TEST(Certificate, SaysWhetherTheUserGaveSeeds) {
 TEST(Certificate, IncompleteWhenABallIsTooLarge) {
     Case c = good_case();
     c.evidence.max_ball_radius = c.options.epsilon;
-    EXPECT_EQ(premise(c.certify(), "I3").state, State::checked) << "exactly at the limit";
+    EXPECT_EQ(premise(c.certify(), Kind::small_balls).state, State::checked) << "exactly at the limit";
     c.evidence.max_ball_radius = 0.1601;
     const Certificate certificate = c.certify();
     EXPECT_EQ(certificate.status, Status::incomplete);
-    EXPECT_EQ(premise(certificate, "I3").state, State::refuted);
+    EXPECT_EQ(premise(certificate, Kind::small_balls).state, State::refuted);
     EXPECT_FALSE(promises_isotopy(certificate));
 }
 
-// DESIGN section 4: never print a guarantee whose premise was not given. All combinations.
+// planner/DESIGN.md, "Guarantees": never print a guarantee whose premise was not given. All combinations.
 TEST(Certificate, PromisesIsotopyExactlyWhenCertified) {
     for (int mask = 0; mask < 64; ++mask) {
         Case c = good_case();
@@ -181,15 +184,15 @@ TEST(Certificate, NamesWhatInferredFacetsRestOn) {
     c.evidence.reach->used = 1.5;
     c.evidence.reach->inferred = 17;
     EXPECT_EQ(c.certify().status, Status::certified);
-    EXPECT_EQ(premise(c.certify(), "inferred facets").state, State::assumed);
-    EXPECT_NE(premise(c.certify(), "inferred facets").detail.find("17 facets"), std::string::npos);
+    EXPECT_EQ(premise(c.certify(), Kind::inference).state, State::assumed);
+    EXPECT_NE(premise(c.certify(), Kind::inference).detail.find("17 facets"), std::string::npos);
     // Local bounds are a heuristic, unless a given bound implies them.
     c.evidence.reach->is_local = true;
     EXPECT_EQ(c.certify().status, Status::certified);
     c.options.reach.reset();
     const Certificate guessed = c.certify();
     EXPECT_EQ(guessed.status, Status::conditional);
-    EXPECT_EQ(premise(guessed, "inferred facets").state, State::missing);
+    EXPECT_EQ(premise(guessed, Kind::inference).state, State::missing);
     EXPECT_NE(guessed.statement.find("heuristic"), std::string::npos) << guessed.statement;
     EXPECT_FALSE(promises_isotopy(guessed));
     // A given bound that touches contradict carries nothing.
@@ -198,8 +201,8 @@ TEST(Certificate, NamesWhatInferredFacetsRestOn) {
     c.evidence.reach->largest = 1.2;
     const Certificate refuted = c.certify();
     EXPECT_EQ(refuted.status, Status::refuted);
-    EXPECT_EQ(premise(refuted, "inferred facets").state, State::refuted);
-    EXPECT_NE(premise(refuted, "reach").detail.find("1.2 mm"), std::string::npos);
+    EXPECT_EQ(premise(refuted, Kind::inference).state, State::refuted);
+    EXPECT_NE(premise(refuted, Kind::reach).detail.find("1.2 mm"), std::string::npos);
 }
 
 TEST(Certificate, NothingIsGuaranteedAfterABudgetOrWithBadFacets) {
@@ -211,10 +214,10 @@ TEST(Certificate, NothingIsGuaranteedAfterABudgetOrWithBadFacets) {
     c = good_case();
     c.evidence.has_facet_criteria = true;
     EXPECT_EQ(c.certify().status, Status::certified);
-    EXPECT_EQ(premise(c.certify(), "sizing and angles").state, State::checked);
+    EXPECT_EQ(premise(c.certify(), Kind::sizing_and_angles).state, State::checked);
     c.evidence.bad_facets = 3;
     EXPECT_EQ(c.certify().status, Status::incomplete);
-    EXPECT_EQ(premise(c.certify(), "sizing and angles").state, State::refuted);
+    EXPECT_EQ(premise(c.certify(), Kind::sizing_and_angles).state, State::refuted);
 }
 
 }  // namespace

@@ -5,6 +5,7 @@
 #include <algorithm>
 #include <cmath>
 #include <cstdint>
+#include <functional>
 #include <limits>
 #include <numbers>
 #include <optional>
@@ -15,14 +16,14 @@
 #include <vector>
 
 #include "planner/geometry.h"
+#include "planner/region.h"
 #include "planner/surface_oracle.h"
-#include "planner/workspace.h"
 #include "tests/random.h"
 
 namespace palpate {
 
 // How deep p lies inside ω, in mm; negative outside.
-inline double depth(const Workspace& workspace, const Point& p) {
+inline double depth(const Region& workspace, const Point& p) {
     if (const auto* ball = std::get_if<Ball>(&workspace.shape())) return ball->radius - (p - ball->center).norm();
     const auto& box = std::get<Box>(workspace.shape());
     return std::min((p - box.min).minCoeff(), (box.max - p).minCoeff());
@@ -32,11 +33,11 @@ inline double depth(const Workspace& workspace, const Point& p) {
 class Solid {
 public:
     Solid& add(const Ball& ball) {
-        parts_.push_back(Workspace(ball));
+        parts_.push_back(Region(ball));
         return *this;
     }
     Solid& add(const Box& box) {
-        parts_.push_back(Workspace(box));
+        parts_.push_back(Region(box));
         return *this;
     }
 
@@ -44,7 +45,7 @@ public:
     // `offset` (mm) asks for the solid without its outermost layer.
     [[nodiscard]] std::vector<Interval> inside(const Point& origin, const Vector& direction, double offset = 0) const {
         std::vector<Interval> pieces;
-        for (const Workspace& part : parts_) {
+        for (const Region& part : parts_) {
             if (const auto piece = grown(part, offset).clip(origin, direction)) pieces.push_back(*piece);
         }
         std::sort(pieces.begin(), pieces.end(), [](const Interval& x, const Interval& y) { return x.low < y.low; });
@@ -72,7 +73,7 @@ public:
     // How deep p lies in the part that it lies deepest in, in mm; negative outside.
     [[nodiscard]] double depth_at(const Point& p) const {
         double deepest = -std::numeric_limits<double>::infinity();
-        for (const Workspace& part : parts_) deepest = std::max(deepest, depth(part, p));
+        for (const Region& part : parts_) deepest = std::max(deepest, depth(part, p));
         return deepest;
     }
 
@@ -95,20 +96,24 @@ public:
     }
 
 private:
-    static Workspace grown(const Workspace& part, double offset) {
-        if (const auto* ball = std::get_if<Ball>(&part.shape())) return Workspace(Ball{ball->center, ball->radius + offset});
+    static Region grown(const Region& part, double offset) {
+        if (const auto* ball = std::get_if<Ball>(&part.shape())) return Region(Ball{ball->center, ball->radius + offset});
         const auto& box = std::get<Box>(part.shape());
-        return Workspace(Box{box.min - Vector::Constant(offset), box.max + Vector::Constant(offset)});
+        return Region(Box{box.min - Vector::Constant(offset), box.max + Vector::Constant(offset)});
     }
 
-    std::vector<Workspace> parts_;  // a workspace is the same kind of thing
+    std::vector<Region> parts_;  // a workspace is the same kind of thing
 };
 
 // Answers on a solid, and keeps the account of the tool's motion by itself.
 class SolidOracle final : public SurfaceOracle {
 public:
-    SolidOracle(Solid solid, const Point& start) : solid_(std::move(solid)), position_(start) {}
+    using FirstHit = std::function<std::optional<Point>(const Point& from, const Point& to)>;
+    SolidOracle(FirstHit first_hit, const Point& start) : first_hit_(std::move(first_hit)), position_(start) {}
+    SolidOracle(const Solid& solid, const Point& start)
+        : SolidOracle([solid](const Point& from, const Point& to) { return solid.first_hit(from, to); }, start) {}
 
+    [[nodiscard]] OracleTraits traits() const override { return {}; }
     [[nodiscard]] Point position() const override { return position_; }
     void travel(std::span<const Point> path, Ground /*ground*/) override {
         for (const Point& p : path) {
@@ -118,7 +123,7 @@ public:
         }
     }
     [[nodiscard]] ProbeAnswer probe(const Point& target) override {
-        const std::optional<Point> hit = solid_.first_hit(position_, target);
+        const std::optional<Point> hit = first_hit_(position_, target);
         const Point stop = hit.value_or(target);
         probes.push_back({position_, stop});
         probing_length += (stop - position_).norm();
@@ -134,7 +139,7 @@ public:
     std::size_t contacts = 0;
 
 private:
-    Solid solid_;
+    FirstHit first_hit_;
     Point position_;
 };
 

@@ -12,8 +12,7 @@
 #include <vector>
 
 #include "planner/geometry.h"
-#include "sim/bounds.h"
-#include "sim/object_spec.h"
+#include "sim/objects/object_spec.h"
 #include "tests/random.h"
 
 namespace palpate {

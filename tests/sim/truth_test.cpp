@@ -6,8 +6,8 @@
 #include <filesystem>
 #include <limits>
 
-#include "sim/errors.h"
-#include "sim/internal/crofton.h"
+#include "sim/objects/crofton.h"
+#include "sim/objects/errors.h"
 #include "tests/sim/support.h"
 
 namespace palpate {

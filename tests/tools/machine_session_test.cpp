@@ -4,9 +4,9 @@
 
 #include <nlohmann/json.hpp>
 
-#include "devices/journal.h"
+#include "devices/session/journal.h"
+#include "sim/machines/modbus/virtual_modbus.h"
 #include "sim/truth.h"
-#include "sim/virtual_modbus.h"
 #include "tests/random.h"
 #include "tests/tools/session_rig.h"
 
@@ -90,7 +90,7 @@ TEST_F(MachineSession, FindsTheSameTopologyOnEveryMachine) {
         EXPECT_EQ(audit.unguarded_moves + audit.outside_limits + audit.unsafe_moves, 0U);
     }
     for (const std::string session : {"grbl", "grblhal", "tcp", "rtu"}) {
-        // As far from the sphere as the direct run may be (DESIGN section 4), and the resolution.
+        // As far from the sphere as the direct run may be (planner/DESIGN.md, "Guarantees"), and the resolution.
         const double epsilon = session == "tcp" || session == "rtu" ? 3 : 2;
         EXPECT_LE(measure_truth(object, read_mesh(fs::path(session) / "mesh.ply"), TruthSampling{}, 1).hausdorff,
                   1.5 * epsilon * epsilon / kRadius + 0.002)

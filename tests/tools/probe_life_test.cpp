@@ -7,7 +7,7 @@
 #include <chrono>
 #include <nlohmann/json.hpp>
 
-#include "devices/journal.h"
+#include "devices/session/journal.h"
 #include "tests/random.h"
 #include "tests/tools/session_rig.h"
 
@@ -20,7 +20,7 @@ using Json = nlohmann::json;
 
 VirtualToolOptions watched_axes() {
     VirtualToolOptions options = axes();
-    options.probe_feed_mm_per_s = options.kinematics.feeds.probe_mm_per_s;
+    options.probe_feed_mm_per_s = options.motion.feeds.probe_mm_per_s;
     return options;
 }
 

@@ -1,6 +1,8 @@
 // A resumed session goes on only if part and machine are where they were: it finds every shift that three known places can show, and
 // refuses none that is right, whatever the noise of the touches. Sessions wait for answers most of the time: many run at once, each with
 // its own machine.
+#include "devices/session/resumption.h"
+
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
@@ -9,11 +11,11 @@
 #include <sstream>
 
 #include "config/reader.h"
-#include "devices/journal.h"
+#include "devices/session/journal.h"
 #include "tests/random.h"
 #include "tests/tools/session_rig.h"
-#include "tools/machine_session.h"
-#include "tools/return_to_work.h"
+#include "tools/machine.h"
+#include "tools/session_plan.h"
 
 namespace palpate {
 namespace {
@@ -80,7 +82,7 @@ protected:
         PortMachine machine(own_port, {}, machine_for(session, Vector::Zero(), seed));
         const SessionConfig config = read_config(folder_ / session / "config.yaml", {"machine.grbl.port=" + own_port.string()});
         const Journal journal = journal_of(session);
-        GuardedMachine guarded(*config.machine, {});
+        GuardedMachine guarded(connect(*config.machine, {}), *config.machine);
         const Interruption interruption{journal.last_rest(), journal.confirmed_moves(), {}};
         const Return way_back = return_to_work(guarded, journal, machine_workspace(config), *config.machine, interruption);
         EXPECT_EQ(way_back.moves, journal.confirmed_moves());

@@ -14,7 +14,7 @@
 #include <thread>
 #include <vector>
 
-#include "sim/grbl_host.h"
+#include "sim/machines/grbl/grbl_host.h"
 
 namespace palpate {
 
@@ -26,7 +26,7 @@ inline const Point kAbove = kOrigin + Point(0, 0, 14);
 
 inline VirtualToolOptions axes() {
     VirtualToolOptions options;
-    options.kinematics.retract_mm = 0.2;
+    options.motion.retract_mm = 0.2;
     options.origin = kOrigin;
     options.start = kAbove;
     options.limits = {kOrigin - Vector::Constant(16), Point::Zero()};

@@ -1,0 +1,153 @@
+#include "config/internal/key_reader.h"
+
+#include <algorithm>
+#include <numeric>
+
+#include "config/internal/kinds.h"
+
+namespace palpate::yaml {
+
+namespace {
+
+// Two slips of the finger are still the same word, if it is long enough.
+constexpr std::size_t kMaxTypos = 2;
+
+// Levenshtein's: how many letters to insert, remove or replace.
+std::size_t edit_distance(std::string_view a, std::string_view b) {
+    std::vector<std::size_t> row(b.size() + 1);
+    std::iota(row.begin(), row.end(), std::size_t{0});
+    for (std::size_t i = 1; i <= a.size(); ++i) {
+        std::size_t diagonal = row[0];
+        row[0] = i;
+        for (std::size_t j = 1; j <= b.size(); ++j) {
+            const std::size_t replaced = diagonal + (a[i - 1] == b[j - 1] ? 0 : 1);
+            diagonal = row[j];
+            row[j] = std::min({replaced, row[j] + 1, row[j - 1] + 1});
+        }
+    }
+    return row[b.size()];
+}
+
+template <class Body>
+void run(const Value& node, const std::string& path, const Body& body) {
+    if (node.kind != Value::Kind::mapping) {
+        fail(node.where, path, spell(node) + " is not a mapping; allowed: a mapping");
+    }
+    KeyReader inner(node, path);
+    body(inner);
+    inner.finish();
+}
+
+}  // namespace
+
+bool KeyReader::mapping(const Key& key, bool /*is_held*/, const Body& body) {
+    const Value* node = offer(key, std::string(kMappingRange));
+    if (node != nullptr) {
+        run(*node, path_of(key.name), body);
+    }
+    return node != nullptr;
+}
+
+std::optional<std::size_t> KeyReader::word_or_mapping(const Key& key, std::span<const std::string_view> words,
+                                                      std::optional<std::size_t> /*held*/, const Body& body) {
+    const Value* node = offer(key, word_or_mapping_range(words));
+    if (node == nullptr) {
+        return std::nullopt;
+    }
+    if (node->kind == Value::Kind::mapping) {
+        run(*node, path_of(key.name), body);
+        return std::nullopt;
+    }
+    const std::optional<std::size_t> word = find_word(*node, words);
+    if (!word) {
+        refuse(*node, {path_of(key.name), join(words) + ", or a mapping"}, "is not one of the words");
+    }
+    return word;
+}
+
+void KeyReader::list(const Key& key, const Length& length, std::size_t /*held*/, const ElementBody& body) {
+    const std::string range = length_range(length);
+    const Value* node = offer(key, range);
+    if (node == nullptr) {
+        return;
+    }
+    if (node->kind != Value::Kind::list || node->children.size() < length.least) {
+        const std::string why = node->kind == Value::Kind::list ? "the list is too short" : spell(*node) + " is not a list";
+        fail(node->where, path_of(key.name), why + "; allowed: a list of mappings, " + range);
+    }
+    for (std::size_t k = 0; k < node->children.size(); ++k) {
+        run(node->children[k], path_of(key.name) + "[" + std::to_string(k) + "]", [&](KeyReader& inner) { body(inner, k); });
+    }
+}
+
+void KeyReader::require_one_alternative() const {
+    finish();
+    std::string allowed;
+    std::vector<std::string_view> present;
+    for (const Offer& candidate : offers_) {
+        if (candidate.need == Need::alternative) {
+            allowed += (allowed.empty() ? "" : ", ") + candidate.name;
+            if (has(candidate.name)) {
+                present.push_back(candidate.name);
+            }
+        }
+    }
+    if (present.size() != 1) {
+        const std::string what = present.empty() ? "holds none of its alternatives" : "holds " + join(present, " and ");
+        fail(present.empty() ? node_->where : location_of(present.back()), path_, what + "; allowed: exactly one of " + allowed);
+    }
+}
+
+void KeyReader::require(bool condition, std::string_view key, const std::string& what_and_allowed) const {
+    finish();
+    if (!condition) {
+        fail(location_of(key), path_of(key), what_and_allowed);
+    }
+}
+
+void KeyReader::finish() const {
+    for (const Value& child : node_->children) {
+        if (std::none_of(offers_.begin(), offers_.end(), [&](const Offer& candidate) { return candidate.name == child.key; })) {
+            fail_unknown(child);
+        }
+    }
+    for (const Offer& candidate : offers_) {
+        if (candidate.need == Need::required && !has(candidate.name)) {
+            fail(node_->where, path_of(candidate.name), "is required; allowed: " + candidate.allowed);
+        }
+    }
+}
+
+const Value* KeyReader::offer(const Key& key, const std::string& allowed) {
+    offers_.push_back({std::string(key.name), allowed, key.need});
+    return node_->find(key.name);
+}
+
+std::string KeyReader::path_of(std::string_view key) const { return path_.empty() ? std::string(key) : path_ + "." + std::string(key); }
+
+Location KeyReader::location_of(std::string_view key) const {
+    const Value* child = node_->find(key);
+    return child == nullptr ? node_->where : child->where;
+}
+
+void KeyReader::fail_unknown(const Value& child) const {
+    std::string nearest;
+    std::size_t typos = kMaxTypos + 1;
+    std::string allowed;
+    for (const Offer& candidate : offers_) {
+        allowed += (allowed.empty() ? "" : ", ") + candidate.name;
+        const std::size_t distance = edit_distance(child.key.substr(0, 64), candidate.name);
+        if (distance < typos && distance < candidate.name.size()) {
+            typos = distance;
+            nearest = candidate.name;
+        }
+    }
+    const std::string hint = nearest.empty() ? "" : "; did you mean \"" + nearest + "\"?";
+    // Spelled by the same rules as a value, so that a strange key cannot garble the message.
+    Value key;
+    key.kind = Value::Kind::scalar;
+    key.text = child.key;
+    fail(child.where, path_of(spell(key)), "unknown key" + hint + "; allowed: " + allowed);
+}
+
+}  // namespace palpate::yaml

@@ -1,0 +1,97 @@
+#include "config/internal/kinds.h"
+
+#include <utf8.h>
+
+#include <algorithm>
+#include <stdexcept>
+
+namespace palpate::yaml {
+
+namespace {
+
+constexpr std::string_view kHex = "0123456789abcdef";
+
+}  // namespace
+
+std::string join(std::span<const std::string_view> words, std::string_view separator) {
+    std::string text;
+    for (const std::string_view word : words) {
+        text += text.empty() ? "" : separator;
+        text += word;
+    }
+    return text;
+}
+
+std::string word_or_mapping_range(std::span<const std::string_view> words) { return join(words) + ", or " + std::string(kMappingRange); }
+
+std::string length_range(const Length& length) { return length.least > 0 ? "at least " + std::to_string(length.least) : "any length"; }
+
+std::optional<std::size_t> find_word(const Value& node, std::span<const std::string_view> words) {
+    const auto found = std::find(words.begin(), words.end(), node.text);
+    if (node.kind != Value::Kind::scalar || found == words.end()) {
+        return std::nullopt;
+    }
+    return static_cast<std::size_t>(found - words.begin());
+}
+
+void require_triple(const Value& node, const Spot& spot) {
+    if (node.kind != Value::Kind::list || node.children.size() != 3) {
+        const std::string count = node.kind == Value::Kind::list ? " of " + std::to_string(node.children.size()) : "";
+        fail(node.where, spot.path, spell(node) + count + " is not a list of three numbers; allowed: [x, y, z], each " + spot.allowed);
+    }
+}
+
+std::size_t Word::index_of(const Value& node, const Spot& spot) const {
+    const std::optional<std::size_t> found = find_word(node, words);
+    if (!found) {
+        refuse(node, spot, "is not one of the words");
+    }
+    return *found;
+}
+
+std::string Word::word_at(std::size_t index) const {
+    if (index >= words.size()) {
+        throw std::invalid_argument("there is no word for a value; the words are " + join(words));
+    }
+    return std::string(words[index]);
+}
+
+void Text::read(const Value& node, const Spot& spot, std::string& field) {
+    if (node.kind != Value::Kind::scalar) {
+        refuse(node, spot, "is not a text");
+    }
+    if (node.text.empty() || node.text.find('\0') != std::string::npos) {
+        refuse(node, spot, "is empty or holds a zero byte");
+    }
+    field = node.text;
+}
+
+std::string Text::text(const std::string& field) {
+    if (!utf8::is_valid(field)) {
+        throw std::invalid_argument("the file name \"" + field + "\" is not UTF-8, so YAML cannot hold it");
+    }
+    std::string result = "\"";
+    for (const char c : field) {
+        const auto byte = static_cast<unsigned char>(c);
+        if (c == '"' || c == '\\') {
+            result += std::string("\\") + c;
+        } else if (byte < 0x20U || byte == 0x7FU) {
+            result += std::string("\\x") + kHex[byte >> 4U] + kHex[byte & 15U];
+        } else {
+            result += c;
+        }
+    }
+    return result + "\"";
+}
+
+void File::read(const Value& node, const Spot& spot, std::filesystem::path& field) {
+    std::string name;
+    Text::read(node, spot, name);
+    field = name;
+}
+
+std::string File::text(const std::filesystem::path& field) {
+    return field.empty() ? "" : Text::text(std::filesystem::absolute(field).string());
+}
+
+}  // namespace palpate::yaml

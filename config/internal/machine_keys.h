@@ -1,0 +1,152 @@
+// `machine:` of a configuration.
+#pragma once
+
+#include <array>
+#include <string>
+#include <string_view>
+#include <variant>
+
+#include "config/internal/box_keys.h"
+#include "config/internal/kinds.h"
+#include "config/machine_config.h"
+
+namespace palpate::yaml {
+
+inline constexpr std::string_view kFeedUnit = "mm/s";
+inline constexpr std::array<std::string_view, 3> kHomingWords{"require", "run", "skip"};
+inline constexpr std::array<std::string_view, 3> kProofWords{"auto", "hand", "first_touch"};
+inline constexpr std::array<std::string_view, 3> kParityWords{"none", "even", "odd"};
+inline constexpr std::string_view kParities = "NEO";
+// mm/s: a controller of the GRBL family takes whole mm/min, and here 1 at least.
+inline constexpr Bounds kFeedBounds{0.02};
+// Less of a retract than that is lost in rounding.
+inline constexpr double kLeastRetract = 5.0;  // resolutions
+inline constexpr Whole kPorts{1, 65535};
+inline constexpr Whole kUnits{1, 247};
+inline constexpr Whole kBauds{1, 4'000'000};
+inline constexpr std::uint64_t kMaxTouches = 100;
+
+template <class Archive>
+void require_speed(Archive& keys, int baud) {
+    keys.require(is_serial_speed(baud), "baud", std::to_string(baud) + " is no speed of serial ports; allowed: " + serial_speeds());
+}
+
+template <class Archive>
+void describe(Archive& keys, GrblSpec& grbl) {
+    keys.value({"port", "serial port of the controller, such as /dev/ttyUSB0; `palpate ports` lists them", Need::required}, grbl.port.path,
+               Text{});
+    keys.value({"baud", "its speed"}, grbl.port.baud, kBauds);
+    keys.value(
+        {"reset_on_open", "whether the board is reset when the port is opened, which frees its motors; false spares it where the port can"},
+        grbl.port.reset, kFlag);
+    require_speed(keys, grbl.port.baud);
+}
+
+template <class Archive>
+void describe(Archive& keys, ModbusTcp& tcp) {
+    keys.value({"host", "its name or address", Need::required}, tcp.host, Text{});
+    keys.value({"port", "its port"}, tcp.port, kPorts);
+}
+
+template <class Archive>
+void describe(Archive& keys, ModbusRtu& rtu) {
+    std::size_t parity = kParities.find(rtu.parity);
+    keys.value({"path", "serial port, such as /dev/ttyUSB0", Need::required}, rtu.path, Text{});
+    keys.value({"baud", "its speed"}, rtu.baud, kBauds);
+    keys.value({"parity", "its parity"}, parity, Word{kParityWords});
+    keys.value({"stop_bits", "stop bits"}, rtu.stop_bits, Whole{1, 2});
+    require_speed(keys, rtu.baud);
+    rtu.parity = kParities.at(parity);
+}
+
+template <class Archive>
+void describe(Archive& keys, ModbusSpec& modbus) {
+    ModbusLinkOptions& link = modbus.link;
+    alternative<ModbusTcp>(keys, {"tcp", "a controller on the network"}, link.where);
+    alternative<ModbusRtu>(keys, {"rtu", "a controller on a serial line"}, link.where);
+    keys.value({"unit", "the controller's unit id, 1 to 247"}, link.unit, kUnits);
+    keys.value({"slowest_answer",
+                "what an answer may take at most; one that is lost for so long while the axes move lets the controller stop by itself, and "
+                "the move goes on afterwards",
+                Need::optional, kSeconds},
+               link.slowest_answer, Number{kPositive});
+    link.answer_timeout = link.slowest_answer;  // each is waited for as long as one may take
+    keys.value({"reconnect_time", "a controller or a network that is away is waited for so long", Need::optional, kSeconds},
+               link.reconnect_time, Number{kNotNegative});
+    keys.value({"busy_time", "exceptions 5, 6 and 0Bh (acknowledge, busy, gateway target failed) are tried again for so long",
+                Need::optional, kSeconds},
+               link.busy_time, Number{kNotNegative});
+    keys.value({"profile", "file with the register map, relative to the config file; see devices/README.md", Need::optional, "", "ours"},
+               modbus.profile, File{});
+    keys.require_one_alternative();
+}
+
+template <class Archive>
+void describe(Archive& keys, Feeds& feeds) {
+    keys.value({"travel", "between touches", Need::optional, kFeedUnit}, feeds.travel_mm_per_s, Number{kFeedBounds});
+    keys.value({"probe", "towards a touch", Need::optional, kFeedUnit}, feeds.probe_mm_per_s, Number{kFeedBounds});
+    keys.value({"touch", "where a touch is measured again", Need::optional, kFeedUnit}, feeds.touch_mm_per_s, Number{kFeedBounds});
+}
+
+template <class Archive>
+void describe(Archive& keys, MultiTouchOptions& touch) {
+    keys.value({"samples", "touches whose median counts; 1: the first, looked at again"}, touch.samples, Whole{1, kMaxTouches});
+    keys.value({"tolerance", "they lie together that closely", Need::optional, kMillimetres}, touch.tolerance_mm, Number{kPositive});
+    keys.value({"retries", "further touches in place of those that do not agree"}, touch.retries, Whole{0, kMaxTouches});
+    keys.value({"discard_first", "whether the first slow touch does not count: first touches are often off"}, touch.discard_first, kFlag);
+    keys.value({"confirm", "whether a single touch is looked at again, so that a false trigger is found out"}, touch.confirm, kFlag);
+    keys.value({"confirm_travel", "the same for a touch where space is known to be free"}, touch.confirm_travel, kFlag);
+}
+
+// How it moves, and when it touches.
+template <class Archive>
+void describe_motion(Archive& keys, MotionModel& motion) {
+    mapping(keys, {"feeds", "how fast it moves", Need::optional, "", "the defaults below"}, motion.feeds);
+    keys.value({"acceleration", "of the slowest axis", Need::optional, "mm/s²"}, motion.acceleration_mm_per_s2, Number{kPositive});
+    keys.value({"latency", "from the trigger until the machine slows down", Need::optional, kSeconds}, motion.latency,
+               Number{kNotNegative});
+    keys.value({"overtravel", "what the probe gives way after its trigger; every feed must stop within it", Need::optional, kMillimetres},
+               motion.overtravel_mm, Number{kPositive});
+    keys.value(
+        {"retract", "back after a touch, on the way that the tool came; more than the probe's hysteresis", Need::optional, kMillimetres},
+        motion.retract_mm, Number{kPositive});
+    keys.value({"resolution", "last digit of the machine's positions", Need::optional, kMillimetres}, motion.resolution_mm,
+               Number{kPositive});
+}
+
+template <class Archive>
+void describe(Archive& keys, MachineConfig& machine) {
+    alternative<GrblSpec>(keys, {"grbl", "a controller of the GRBL family on a serial port"}, machine.connection);
+    alternative<ModbusSpec>(keys, {"modbus", "a controller that speaks Modbus"}, machine.connection);
+    keys.value({"homing",
+                "a machine that is locked or not homed is refused, is homed, or (no switches) is taken to be where it says; with "
+                "machine.modbus: require"},
+               machine.homing, Word{kHomingWords});
+    keys.value({"origin", "machine coordinates of this configuration's origin", Need::optional, kMillimetres}, machine.origin,
+               Triple{Number{kAnyNumber}});
+    keys.mapping({"limits", "box that the tool never leaves, in this configuration's coordinates", Need::required}, true,
+                 [&](Archive& inner) { describe_box(inner, "lowest corner", "highest corner", machine.limits); });
+    describe_motion(keys, machine.motion);
+    keys.value({"noise", "touches may be off by that besides: repeatability and lobing of the probe", Need::optional, kMillimetres},
+               machine.noise_mm, Number{kNotNegative});
+    mapping(keys, {"touch", "how a touch is measured", Need::optional, "", "the defaults below"}, machine.touch);
+    keys.value({"datum_tolerance",
+                "known places that a resumed session touches again may be off by that; null: twice what touches may be wrong by, 2 x "
+                "resolution + noise",
+                Need::optional, kMillimetres},
+               machine.datum_tolerance_mm, OrNull{Number{kPositive}});
+    keys.value({"probe_proof",
+                "what shows that the probe works before a session relies on it: it is pressed by hand, or the first touch, until which all "
+                "motion is as slow as a probe; auto: by hand at a terminal, the first touch with --yes"},
+               machine.probe_proof, Word{kProofWords});
+    keys.require_one_alternative();
+    keys.require(machine.homing == Homing::require || std::holds_alternative<GrblSpec>(machine.connection), "homing",
+                 "is not possible with machine.modbus, whose registers have no command for it; allowed: require; home the machine at its "
+                 "own panel");
+    const std::string problem = stopping_problem(machine.motion);
+    keys.require(problem.empty(), "overtravel", "is too small: " + problem + "; allowed: more than that, or lower machine.feeds");
+    keys.require(machine.motion.retract_mm >= kLeastRetract * machine.motion.resolution_mm, "retract",
+                 "is lost in the machine's rounding; allowed: at least 5 x machine.resolution");
+}
+
+}  // namespace palpate::yaml

@@ -1,0 +1,33 @@
+// Every key of a configuration.
+#pragma once
+
+#include <optional>
+#include <variant>
+
+#include "config/internal/machine_keys.h"
+#include "config/internal/object_keys.h"
+#include "config/internal/probing_keys.h"
+#include "config/session_config.h"
+
+namespace palpate::yaml {
+
+template <class Archive>
+void describe(Archive& keys, SessionConfig& config) {
+    mapping(keys, {"object", "the hidden object of a simulation or of a virtual machine", Need::optional, "", "none", Layout::block},
+            config.object);
+    mapping(
+        keys,
+        {"machine", "the machine that `palpate probe` drives, and that `palpate vm` imitates", Need::optional, "", "none", Layout::block},
+        config.machine);
+    const bool is_auto = std::holds_alternative<AutoWorkspace>(config.workspace);
+    keys.word_or_mapping(
+        {"workspace",
+         "region that contains the object; everything outside it is free. `auto` is for simulations only: around the hidden object",
+         Need::optional, "", "auto"},
+        kWorkspaceWords, is_auto ? std::optional<std::size_t>(0) : std::nullopt,
+        [&](Archive& inner) { describe(inner, config.workspace); });
+    mapping(keys, {.name = "probing", .meaning = "the task", .need = Need::required, .layout = Layout::block}, config.probing);
+    keys.value({"random_seed", "the same seed and configuration give the same run"}, config.probing.random_seed, Whole{});
+}
+
+}  // namespace palpate::yaml

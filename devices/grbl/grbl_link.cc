@@ -1,0 +1,63 @@
+#include "devices/grbl/grbl_link.h"
+
+#include <algorithm>
+
+namespace palpate::grbl {
+namespace {
+
+// A controller that reports by itself may never be quiet; nobody waits for that longer.
+constexpr auto kFlood = std::chrono::seconds(1);
+constexpr std::size_t kRemembered = 12;  // lines: a probing move with its reports
+
+std::chrono::milliseconds rounded_up(std::chrono::nanoseconds time) {
+    return std::chrono::ceil<std::chrono::milliseconds>(std::max(time, std::chrono::nanoseconds(0)));
+}
+
+}  // namespace
+
+void Link::remember(char direction, std::string_view line) {
+    // Polls would push out what matters.
+    std::string entry = std::string("\n    ") + direction + ' ' + std::string(line);
+    if (!history_.empty() && line == "?" && history_.back() == entry) return;
+    history_.push_back(std::move(entry));
+    if (history_.size() > kRemembered) history_.pop_front();
+}
+
+void Link::send(const std::string& line) {
+    remember('>', line);
+    stream_.write(line + '\n');
+}
+
+void Link::send_realtime(char byte) {
+    remember('>', byte == kReset ? "Ctrl-X" : byte == kFeedOverrideTo100 ? "0x90 (feed override to 100 %)" : std::string(1, byte));
+    stream_.write({&byte, 1});
+}
+
+std::optional<Message> Link::receive(std::chrono::nanoseconds until) {
+    while (clock_.now() <= until + kFlood) {
+        if (const auto line = buffer_.next()) {
+            remember('<', *line);
+            return parse(*line, decimals_);
+        }
+        const auto left = until - clock_.now();
+        const std::string bytes = stream_.read(rounded_up(left));
+        buffer_.append(bytes);
+        if (bytes.empty() && left.count() <= 0) return std::nullopt;
+    }
+    return std::nullopt;
+}
+
+void Link::drain(std::chrono::milliseconds quiet) {
+    const auto until = now() + kFlood;
+    while (now() < until && receive(now() + quiet)) {
+    }
+}
+
+std::string Link::history() const {
+    if (history_.empty()) return "\n  nothing was sent or received yet";
+    std::string text = "\n  the last lines on " + name() + ", > sent, < received:";
+    for (const std::string& entry : history_) text += entry;
+    return text;
+}
+
+}  // namespace palpate::grbl

@@ -1,0 +1,48 @@
+#include "devices/modbus/modbus_machine.h"
+
+#include <utility>
+
+#include "devices/modbus/modbus_bits.h"
+#include "planner/number_text.h"
+
+namespace palpate {
+namespace {
+
+MachineReport to_report(const ModbusReport& said, const Point& origin) {
+    MachineReport report;
+    report.identity = said.identity + ", " + said.link + ", profile " + said.profile;
+    report.state = said.fault_code != 0 ? "fault" : !said.is_homed ? "not homed" : said.is_standing ? "standing" : "moving";
+    report.needs_homing = !said.is_homed;
+    report.position = said.position - origin;
+    report.reach = Box{said.limits.min - origin, said.limits.max - origin};
+    const auto add = [&](const char* name, bool good, const char* value, const char* otherwise, const char* problem) {
+        report.settings.push_back({name, good ? value : otherwise, good ? "" : problem});
+    };
+    add("homed", said.is_homed, "yes", "no", "home it at its own panel: nobody knows where the tool is");
+    report.settings.push_back({"fault", said.lines().back(), said.fault_code == 0 ? "" : "clear its cause"});
+    add("probe", !said.is_probe_closed, "open", "closed", "free it, or look at its lead");
+    if (const std::string problem = said.position_problem(); !problem.empty()) {
+        report.settings.push_back({"position", point_text(said.position) + " (machine)", problem});
+    }
+    report.settings.push_back({"answers", said.timing_text(), said.timing_problem()});
+    return report;
+}
+
+}  // namespace
+
+ModbusMachine::ModbusMachine(const ModbusDeviceOptions& options, std::stop_token stop)
+    : origin_(options.origin), device_(options, clock_, std::move(stop)) {}
+
+MachineReport ModbusMachine::report() { return to_report(device_.report(), origin_); }
+
+void ModbusMachine::make_ready() {
+    if (device_.state() != ModbusDevice::State::idle) device_.recover();
+}
+
+// A controller that stopped because its host fell silent knows where it is.
+bool ModbusMachine::is_position_trusted() {
+    const ModbusReport said = device_.report();
+    return said.is_homed && (said.fault_code == 0 || said.fault_code == cia402::kHeartbeatFault);
+}
+
+}  // namespace palpate

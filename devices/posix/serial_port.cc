@@ -1,0 +1,165 @@
+#include "devices/posix/serial_port.h"
+
+#include <fcntl.h>
+#include <poll.h>
+#include <sys/file.h>
+#include <sys/ioctl.h>
+#include <termios.h>
+#include <unistd.h>
+
+#include <algorithm>
+#include <array>
+#include <cerrno>
+#include <system_error>
+#include <thread>
+
+#include "devices/errors.h"
+
+namespace palpate {
+namespace {
+
+using namespace std::chrono_literals;
+
+// DTR has to be low that long for a board's reset to notice.
+constexpr auto kResetPulse = 50ms;
+// A port that takes no byte for so long is dead: at 9600 baud the largest kernel buffer is through in 5 s.
+constexpr int kWriteTimeout_ms = 5000;
+
+struct Speed {
+    int baud;
+    speed_t code;
+};
+// Those that libmodbus knows, too.
+constexpr std::array<Speed, 15> kSpeeds = {{{1200, B1200},
+                                            {2400, B2400},
+                                            {4800, B4800},
+                                            {9600, B9600},
+                                            {19200, B19200},
+                                            {38400, B38400},
+                                            {57600, B57600},
+                                            {115200, B115200},
+                                            {230400, B230400},
+                                            {460800, B460800},
+                                            {500000, B500000},
+                                            {576000, B576000},
+                                            {921600, B921600},
+                                            {1000000, B1000000},
+                                            {1500000, B1500000}}};
+
+const Speed* find_speed(int baud) {
+    const auto* const found = std::ranges::find(kSpeeds, baud, &Speed::baud);
+    return found == kSpeeds.end() ? nullptr : found;
+}
+
+std::string reason(int error) { return std::generic_category().message(error); }
+
+std::string advice(int error) {
+    switch (error) {
+        case ENOENT:
+        case ENODEV:
+        case ENXIO:
+            return "no such port; `palpate ports` lists those that there are";
+        case EACCES:
+        case EPERM:
+            return "you may not use it; join its group, often `sudo adduser $USER dialout`, and log in again";
+        default:
+            return reason(error);
+    }
+}
+
+}  // namespace
+
+bool is_serial_speed(int baud) { return find_speed(baud) != nullptr; }
+
+std::string serial_speeds() {
+    std::string text;
+    for (const Speed& speed : kSpeeds) text += (text.empty() ? "" : ", ") + std::to_string(speed.baud);
+    return text;
+}
+
+SerialPort::SerialPort(const SerialPortOptions& options) : path_(options.path) {
+    file_ = ::open(path_.c_str(), O_RDWR | O_NOCTTY | O_NONBLOCK | O_CLOEXEC);
+    if (file_ < 0) throw DeviceError(path_ + ": cannot be opened: " + advice(errno));
+    try {
+        lock();
+        configure(options);
+    } catch (...) {
+        ::close(file_);
+        throw;
+    }
+}
+
+SerialPort::~SerialPort() { ::close(file_); }
+
+void SerialPort::lock() const {
+    // TIOCEXCL keeps out other programs, but not those of root; flock keeps out other Palpates, whoever runs them.
+    if (::flock(file_, LOCK_EX | LOCK_NB) != 0) {
+        throw DeviceError(path_ + ": is in use by another process; one machine takes one session at a time: end the other first");
+    }
+    ::ioctl(file_, TIOCEXCL);
+}
+
+void SerialPort::configure(const SerialPortOptions& options) const {
+    termios settings{};
+    if (::tcgetattr(file_, &settings) != 0) throw DeviceError(path_ + ": is no serial port; `palpate ports` lists those that there are");
+    ::cfmakeraw(&settings);
+    settings.c_cflag |= CLOCAL | CREAD;
+    settings.c_cflag &= ~static_cast<tcflag_t>(CSTOPB | CRTSCTS);
+    if (options.reset) {
+        settings.c_cflag |= HUPCL;
+    } else {
+        settings.c_cflag &= ~static_cast<tcflag_t>(HUPCL);
+    }
+    settings.c_cc[VMIN] = 0;
+    settings.c_cc[VTIME] = 0;
+    const Speed* const speed = find_speed(options.baud);
+    if (speed == nullptr) {
+        throw DeviceError(path_ + ": " + std::to_string(options.baud) + " baud is no speed of serial ports; allowed: " + serial_speeds());
+    }
+    if (::cfsetspeed(&settings, speed->code) != 0 || ::tcsetattr(file_, TCSANOW, &settings) != 0) {
+        throw DeviceError(path_ + ": does not take " + std::to_string(options.baud) + " baud: " + reason(errno));
+    }
+    if (options.reset) {
+        // A pseudo-terminal has no such lines, and nothing to reset.
+        const int dtr = TIOCM_DTR;
+        if (::ioctl(file_, TIOCMBIC, &dtr) == 0) {
+            std::this_thread::sleep_for(kResetPulse);
+            ::ioctl(file_, TIOCMBIS, &dtr);
+        }
+    }
+    ::tcflush(file_, TCIOFLUSH);
+}
+
+void SerialPort::fail_lost(const std::string& what) const {
+    throw ConnectionLost(path_ + ": the connection is lost (" + what + "): plug it in again, check the machine, then resume");
+}
+
+std::string SerialPort::read(std::chrono::milliseconds timeout) {
+    pollfd waiting{file_, POLLIN, 0};
+    const int ready = ::poll(&waiting, 1, static_cast<int>(timeout.count()));
+    if (ready < 0 && errno != EINTR) fail_lost(reason(errno));
+    if (ready <= 0) return {};
+    std::array<char, 1024> bytes{};
+    const ssize_t count = ::read(file_, bytes.data(), bytes.size());
+    if (count > 0) return {bytes.data(), static_cast<std::size_t>(count)};
+    if (count < 0 && (errno == EAGAIN || errno == EINTR)) return {};
+    fail_lost(count == 0 ? "end of file" : reason(errno));
+}
+
+void SerialPort::write(std::string_view bytes) {
+    while (!bytes.empty()) {
+        const ssize_t count = ::write(file_, bytes.data(), bytes.size());
+        if (count > 0) {
+            bytes.remove_prefix(static_cast<std::size_t>(count));
+            continue;
+        }
+        if (count < 0 && errno == EINTR) continue;
+        if (count < 0 && errno != EAGAIN) fail_lost(reason(errno));
+        pollfd waiting{file_, POLLOUT, 0};
+        const int ready = ::poll(&waiting, 1, kWriteTimeout_ms);
+        if (ready == 0) fail_lost("it takes no more bytes");
+        if (ready < 0 && errno != EINTR) fail_lost(reason(errno));
+    }
+}
+
+}  // namespace palpate

@@ -1,0 +1,169 @@
+// Writing journal.jsonl; reading is journal_reader.cc.
+//
+// Lines are put together by hand, although nlohmann-json reads them: it cannot be told how to write a number. It has 977.0 for 977, and one
+// or more digits too many in 0.04 % of random doubles within a metre.
+#include <fcntl.h>
+#include <sys/file.h>
+#include <unistd.h>
+#include <zlib.h>
+
+#include <array>
+#include <cerrno>
+#include <cmath>
+#include <cstdio>
+#include <system_error>
+
+#include "devices/session/internal/journal_words.h"
+#include "devices/session/journal.h"
+#include "planner/number_text.h"
+
+namespace palpate {
+namespace {
+
+namespace fs = std::filesystem;
+constexpr mode_t kMode = 0644;
+
+std::string number(double x) {
+    if (!std::isfinite(x)) throw BadAnswer("an answer with a number that is not finite is not written into the journal");
+    return number_text(x);
+}
+
+std::string place(const Point& p) { return '[' + number(p.x()) + ',' + number(p.y()) + ',' + number(p.z()) + ']'; }
+
+// A JSON string; the texts are ours or a controller's, and what is not printable ASCII in them is of no use.
+std::string quoted(const std::string& text) {
+    std::string result = "\"";
+    for (const char c : text) {
+        if (c == '"' || c == '\\') result += '\\';
+        result += c >= ' ' && c <= '~' ? c : '?';
+    }
+    return result + '"';
+}
+
+std::string reason(int error) { return std::generic_category().message(error); }
+
+// A new file is there after a crash only if its folder says so.
+void sync_folder(const fs::path& file) {
+    const fs::path folder = file.has_parent_path() ? file.parent_path() : fs::path(".");
+    const int handle = ::open(folder.c_str(), O_RDONLY | O_DIRECTORY | O_CLOEXEC);
+    if (handle < 0) return;
+    ::fsync(handle);
+    ::close(handle);
+}
+
+}  // namespace
+
+std::string digest(const std::string& text) {
+    const uLong crc = ::crc32_z(0, reinterpret_cast<const Bytef*>(text.data()), text.size());
+    std::array<char, 9> digits{};
+    std::snprintf(digits.data(), digits.size(), "%08lx", crc);
+    return digits.data();
+}
+
+JournalWriter::JournalWriter(const fs::path& file) : JournalWriter(file, 0) {}
+
+JournalWriter::JournalWriter(const fs::path& file, int more_flags) : path_(file) {
+    file_ = ::open(path_.c_str(), O_RDWR | O_APPEND | O_CLOEXEC | more_flags, kMode);
+    if (file_ < 0) fail("cannot be opened", errno);
+    if (::flock(file_, LOCK_EX | LOCK_NB) != 0) {
+        ::close(file_);
+        throw JournalError(path_.string() + ": another process runs this session; wait for its end, or stop it");
+    }
+}
+
+JournalWriter::JournalWriter(JournalWriter&& other) noexcept
+    : path_(std::move(other.path_)),
+      file_(std::exchange(other.file_, -1)),
+      lines_(other.lines_),
+      bytes_(other.bytes_),
+      is_broken_(other.is_broken_) {}
+
+JournalWriter::~JournalWriter() {
+    if (file_ >= 0) ::close(file_);
+}
+
+JournalWriter JournalWriter::create(const fs::path& file, const JournalHeader& header) {
+    JournalWriter writer(file, O_CREAT);
+    std::error_code error;
+    if (fs::file_size(file, error) > 0 || error) {
+        throw JournalError(file.string() + ": holds a session already; choose another folder, or resume it");
+    }
+    try {
+        writer.append_line(R"("palpate":"journal","schema":2,"config":)" + quoted(header.config) + R"(,"start":)" + place(header.start) +
+                           R"(,"machine":)" + quoted(header.machine));
+    } catch (...) {
+        fs::remove(file, error);  // nothing began
+        throw;
+    }
+    sync_folder(file);
+    return writer;
+}
+
+Journal JournalWriter::read() {
+    Journal journal = read_journal(path_);
+    lines_ = journal.lines;
+    bytes_ = journal.bytes;
+    if (journal.dropped_bytes > 0 && ::ftruncate(file_, static_cast<off_t>(bytes_)) != 0)
+        fail("its torn last line cannot be cut off", errno);
+    return journal;
+}
+
+std::uint64_t JournalWriter::append(const JournalMove& move) {
+    std::string line = R"("move":)" + place(move.target) + R"(,"pace":")" + std::string(word_of(move.pace)) + R"(","outcome":")" +
+                       std::string(word_of(move.result.outcome)) + R"(","at":)" + place(move.result.position) + R"(,"rest":)" +
+                       place(move.rest);
+    if (!move.result.events.empty()) {
+        line += R"(,"events":[)";
+        for (const DeviceEvent& event : move.result.events) {
+            if (&event != &move.result.events.front()) line += ',';
+            line += R"({"kind":")" + std::string(word_of(event.kind)) + R"(","at":)" + place(event.position) + '}';
+        }
+        line += ']';
+    }
+    append_line(std::move(line));
+    return lines_ - 1;
+}
+
+void JournalWriter::append(const JournalResumption& resumption) {
+    std::string contacts;
+    std::string offsets;
+    for (const std::uint64_t line : resumption.contacts) contacts += (contacts.empty() ? "" : ",") + std::to_string(line);
+    for (const double offset : resumption.offsets_mm) offsets += (offsets.empty() ? "" : ",") + number(offset);
+    append_line(R"("resumed":{"contacts":[)" + contacts + R"(],"offsets":[)" + offsets + R"(],"directions":)" +
+                std::to_string(resumption.directions) + (resumption.after_miss ? R"(,"after_miss":true})" : "}"));
+}
+
+void JournalWriter::append_withdrawn(std::uint64_t first_line) { append_line(R"("withdrawn":)" + std::to_string(first_line)); }
+
+void JournalWriter::append(const JournalEnd& end) {
+    append_line(R"("end":{"planner":)" + number(end.planner_seconds) + R"(,"oracle":)" + number(end.oracle_seconds) + '}');
+}
+
+void JournalWriter::append_line(std::string line) {
+    if (is_broken_) throw JournalError(path_.string() + ": could not be written before; nothing more is written: resume the session");
+    line = "{\"n\":" + std::to_string(lines_) + ',' + line;
+    line += R"(,"crc":")" + digest(line) + "\"}\n";
+    std::size_t written = 0;
+    int error = 0;
+    while (written < line.size() && error == 0) {
+        const ssize_t count = ::write(file_, line.data() + written, line.size() - written);
+        if (count > 0) written += static_cast<std::size_t>(count);
+        if (count == 0) error = ENOSPC;
+        if (count < 0 && errno != EINTR) error = errno;
+    }
+    if (error == 0 && ::fdatasync(file_) != 0) error = errno;
+    if (error != 0) {
+        is_broken_ = true;
+        // A journal that ends with a whole line can be resumed as it is; if that fails too, the next reader drops the torn one.
+        if (::ftruncate(file_, static_cast<off_t>(bytes_)) != 0) fail("cannot be written, and its last line is torn", error);
+        fail("cannot be written", error);
+    }
+    ++lines_;
+    bytes_ += line.size();
+}
+
+void JournalWriter::fail(const std::string& what, int error) const {
+    throw JournalError(path_.string() + ": " + what + ": " + reason(error) + "; make room or give the right to write, then resume");
+}
+
+}  // namespace palpate

@@ -1,0 +1,91 @@
+// A session on a machine: started, interrupted, taken up again, or replayed from its journal without a machine.
+//
+// Any Machine (devices/machine.h) will do:
+//
+//   SessionHost host;
+//   host.connect = [] { return std::make_unique<MyMachine>(…); };
+//   host.ask = [](const PlannedMotion& plan) { … };
+//   const SessionPlan plan{settings, Region(Ball{…}), options, "part/journal.jsonl", digest(text of all of that), "part.yaml"};
+//   const MachineRun run = std::filesystem::exists(plan.journal) ? resume_session(plan, host) : start_session(plan, host);
+#pragma once
+
+#include <filesystem>
+#include <functional>
+#include <memory>
+#include <stop_token>
+#include <string>
+#include <vector>
+
+#include "devices/decorators/metered_device.h"
+#include "devices/machine.h"
+#include "devices/session/journal.h"
+#include "devices/session/machine_settings.h"
+#include "planner/probe_surface.h"
+
+namespace palpate {
+
+// What is probed, with what, how, and where the answers go.
+struct SessionPlan {
+    MachineSettings machine;
+    Region workspace;  // ω
+    Options probing;
+    std::filesystem::path journal;
+    std::string config_digest;  // digest() of what the plan was made from: a journal goes on with the plan that it was begun with alone
+    std::string config_name;    // what messages call that
+};
+
+// What the operator is asked to agree to.
+struct PlannedMotion {
+    enum class Kind {
+        begin,  // around and into the workspace until it has found the part's shape
+        go_on,  // back to where the session ended, to known places again, and on
+    };
+    Kind kind = Kind::begin;
+    MachineReport report;      // the machine as it is now
+    bool homes_first = false;  // unguarded, from where it is
+};
+
+// Whoever runs a session.
+struct SessionHost {
+    std::function<std::unique_ptr<Machine>()> connect;      // a replay needs none; what it gives heeds `stop` by itself
+    std::function<void(const PlannedMotion&)> ask;          // asks the operator before anything moves; throws if the answer is no
+    std::function<void(const Progress&)> on_progress = {};  // may be empty
+    std::function<void(const std::string& sentence)> say = [](const std::string&) {};  // what the operator may want to know
+    // Has the probe pressed by hand, and says whether it was seen to close and to open; empty: nobody can be asked.
+    std::function<bool(Machine&)> press = {};
+    std::stop_token stop = {};
+};
+
+struct MachineRun {
+    Result result;
+    Meter meter;               // of the answers that the planner got, replayed ones too
+    std::uint64_t grazes = 0;  // touches on travel that were passed beside
+    std::vector<JournalResumption> resumptions;
+    std::string machine;  // identity
+    double planner_seconds = 0.0;
+    double oracle_seconds = 0.0;
+};
+
+// A replay of a session that has not come to its end.
+class NotFinished : public SetupError {
+public:
+    using SetupError::SetupError;
+};
+
+// Throws SetupError if the tool may not go all around ω, std::invalid_argument as check_options does. All of the below begin with it.
+void check_session(const MachineSettings& machine, const Region& workspace, const Options& probing);
+
+// A new session; makes its journal. Throws DeviceError on a fault, after which the session can be resumed if the journal was begun,
+// SetupError if the tool is where it cannot begin, std::invalid_argument if the probe is to be pressed by hand and nobody can be asked, and
+// what probe_surface throws.
+[[nodiscard]] MachineRun start_session(const SessionPlan& plan, const SessionHost& host);
+// Takes up a session where its journal ends: replays it, brings the tool back, touches known places again, and goes on. What was found free
+// since the last contact is asked again. One that is finished is replayed. Throws besides SetupError if the plan is another one.
+[[nodiscard]] MachineRun resume_session(const SessionPlan& plan, const SessionHost& host);
+// The same result again, from the journal of a session that was finished. Throws besides NotFinished.
+[[nodiscard]] MachineRun replay_session(const SessionPlan& plan, const SessionHost& host);
+
+// How often known places were touched again because a probe had missed a touch.
+[[nodiscard]] std::size_t missed_touches(const std::vector<JournalResumption>& resumptions);
+
+}  // namespace palpate

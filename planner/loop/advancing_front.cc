@@ -1,0 +1,315 @@
+#include "planner/loop/advancing_front.h"
+
+#include <Eigen/Geometry>
+#include <algorithm>
+#include <cmath>
+
+namespace palpate {
+namespace {
+
+// Touches for one open edge that changed nothing, after which it is left to a walk over Voronoi edges.
+constexpr std::uint32_t kMaxAttempts = 6;
+// Attempts that may go to a dual edge in doubt.
+constexpr std::uint32_t kDualAttempts = 2;
+// Places that are tried between the ideal place of a new sample and the centre of the empty circle ahead.
+constexpr int kPlaces = 4;
+// A facet ahead is larger than ε by this much before its centre is too far away to aim at.
+constexpr double kLarge = 4.0;
+// New samples keep a distance of that many ε: rounding aside.
+constexpr double kSpacing = 1 + 1e-7;
+// Facets steeper than this against the open edge's tangent plane are not ahead.
+constexpr double kSteepest = 0.5;
+// A start is put inside a lens by this part of the way: not on its boundary.
+constexpr double kInside = 1e-3;
+
+}  // namespace
+
+struct AdvancingFront::OpenEdge {
+    std::uint32_t a = 0;
+    std::uint32_t b = 0;
+    std::uint32_t c = 0;  // third corner of the one facet
+    DirectedEdge facet;   // its dual edge, with the crossing
+    std::uint32_t attempts = 0;
+    Point middle = Point::Zero();
+    double half = 0.0;              // mm: half the edge's length
+    Vector up = Vector::Zero();     // unit: outwards, orthogonal to the edge
+    Vector ahead = Vector::Zero();  // unit: away from c, in the tangent plane
+};
+
+// --- noting ----------------------------------------------------------------------------------------------------------
+
+// Only open edges wait: the nearest is found without looking at others.
+void AdvancingFront::note_edge(std::uint32_t a, std::uint32_t b, const EdgeTicket& hint) {
+    if (a > b) std::swap(a, b);
+    const Task task{{a, b, Task::kNoSample}, 0, (state_.sample(a) + state_.sample(b)) / 2, hint};
+    if (!given_up_.contains({a, b}) && state_.count_facets_at(a, b, hint).in_surface == 1) {
+        tasks_.add(task);
+    } else {
+        tasks_.remove(task);
+    }
+}
+
+void AdvancingFront::note_edges_of(const std::array<std::uint32_t, 3>& facet, const EdgeTicket& hint) {
+    note_edge(facet[0], facet[1], hint);
+    note_edge(facet[1], facet[2], hint);
+    note_edge(facet[2], facet[0], hint);
+}
+
+void AdvancingFront::note_edges(DirectedEdge e) { note_edges_of(state_.facet_samples(e), state_.ticket(e)); }
+
+double AdvancingFront::circumradius(const std::array<std::uint32_t, 3>& facet) const {
+    const Vector u = state_.sample(facet[1]) - state_.sample(facet[0]);
+    const Vector v = state_.sample(facet[2]) - state_.sample(facet[0]);
+    return u.norm() * v.norm() * (u - v).norm() / (2 * u.cross(v).norm());
+}
+
+bool AdvancingFront::infer(DirectedEdge e) {
+    if (state_.crossed(e) || !(circumradius(state_.facet_samples(e)) <= options_.epsilon)) return false;
+    const std::optional<DirectedEdge> inwards = inference_.infer(e, options_.epsilon);
+    if (!inwards) return false;
+    note_edges(*inwards);
+    if (audited_ < kAuditEnough && static_cast<double>(random_() >> 11U) * 0x1p-53 < options_.audit) note_audit(*inwards);
+    return true;
+}
+
+void AdvancingFront::note_thin(std::uint32_t sample) {
+    if (thin_.size() <= sample) thin_.resize(state_.sample_count());
+    thin_[sample] = true;
+}
+
+void AdvancingFront::note_insertion(const MaintainedDelaunay::Insertion& insertion) {
+    // Samples that are nearer than ε are there to tell sheets apart.
+    if (!thin_.empty()) {
+        const Point& p = state_.sample(insertion.sample);
+        state_.adjacent_samples(insertion.sample, adjacent_);
+        if (std::any_of(adjacent_.begin(), adjacent_.end(),
+                        [&](std::uint32_t b) { return is_thin(b) && (state_.sample(b) - p).norm() < options_.epsilon; })) {
+            note_thin(insertion.sample);
+        }
+    }
+    for (const auto& facet : insertion.lost) note_edges_of(facet, {});
+    for (const DirectedEdge e : insertion.gained) note_edges(e);
+    for (const DirectedEdge from_new : insertion.cropped) {
+        for (int i = 0; i < 4; ++i) {
+            const DirectedEdge e{from_new.cell, i};
+            if (i != from_new.facet && e.cell > state_.neighbor(e)) continue;  // seen from the other new cell
+            if (state_.is_finite(e)) infer(e);
+        }
+    }
+}
+
+void AdvancingFront::reconsider(DirectedEdge e) {
+    if (!infer(e)) note_edges(e);
+}
+
+void AdvancingFront::sweep() {
+    for (CellId cell = 0; cell < state_.cell_slots(); ++cell) {
+        if (!state_.is_live(cell)) continue;
+        for (int i = 0; i < 4; ++i) {
+            const DirectedEdge e{cell, i};
+            if (state_.recorded_state(e) == EdgeState::crossing) {
+                note_edges(e);
+            } else if (cell < state_.neighbor(e) && state_.is_finite(e)) {
+                infer(e);
+            }
+        }
+    }
+}
+
+void AdvancingFront::note_audit(DirectedEdge e) {
+    const auto facet = state_.facet_samples(e);
+    const Point centre = (state_.sample(facet[0]) + state_.sample(facet[1]) + state_.sample(facet[2])) / 3;
+    tasks_.add({in_order(facet), 0, centre, state_.ticket(e)});
+}
+
+// --- choosing --------------------------------------------------------------------------------------------------------
+
+std::optional<AdvancingFront::OpenEdge> AdvancingFront::look_at(const Task& task) {
+    OpenEdge edge;
+    edge.a = task.samples[0];
+    edge.b = task.samples[1];
+    edge.attempts = task.attempts;
+    // Where two sheets of S are that near, nothing beside the samples is likely to be free.
+    if (is_thin(edge.a) || is_thin(edge.b)) return std::nullopt;
+    state_.facets_around(edge.a, edge.b, task.hint, around_);
+    int facets = 0;
+    for (const DirectedEdge e : around_) {
+        if (state_.in_surface(e)) {
+            ++facets;
+            edge.facet = *state_.crossed(e);
+        }
+    }
+    if (facets != 1) return std::nullopt;
+    Vector up = Vector::Zero();
+    if (inference_.has_clearance(edge.a)) up += inference_.normal(edge.a);
+    if (inference_.has_clearance(edge.b)) up += inference_.normal(edge.b);
+    if (up.isZero()) return std::nullopt;
+    for (const std::uint32_t v : state_.facet_samples(edge.facet)) {
+        if (v != edge.a && v != edge.b) edge.c = v;
+    }
+    const Vector along = state_.sample(edge.b) - state_.sample(edge.a);
+    edge.middle = (state_.sample(edge.a) + state_.sample(edge.b)) / 2;
+    edge.half = along.norm() / 2;
+    edge.up = (up - up.dot(along) / along.squaredNorm() * along).normalized();
+    edge.ahead = edge.up.cross(along).normalized();
+    if (edge.ahead.dot(state_.sample(edge.c) - edge.middle) > 0) edge.ahead = -edge.ahead;
+    return edge;
+}
+
+bool AdvancingFront::infer_around() {
+    return std::any_of(around_.begin(), around_.end(), [&](DirectedEdge e) { return infer(e); });
+}
+
+std::optional<FacetView> AdvancingFront::facet_ahead(const OpenEdge& edge) {
+    std::optional<FacetView> best;
+    double best_off = 0;
+    for (const DirectedEdge e : around_) {
+        if (state_.crossed(e)) continue;
+        const auto corners = state_.facet_samples(e);
+        const bool is_ahead = std::any_of(corners.begin(), corners.end(), [&](std::uint32_t v) {
+            return v != edge.a && v != edge.b && (state_.sample(v) - edge.middle).dot(edge.ahead) > 0;
+        });
+        if (!is_ahead || !(circumradius(corners) < kLarge * options_.epsilon)) continue;
+        if (missed_.contains(in_order(corners))) continue;
+        const std::optional<FacetView> view = inference_.view(e);
+        if (!view || view->up.dot(edge.up) < kSteepest) continue;
+        // How far S, if it were flat, would miss the dual edge.
+        const double off = std::max({0.0, view->bottom, -view->top});
+        if (best && best_off <= off) continue;
+        best = view;
+        best_off = off;
+    }
+    return best;
+}
+
+double AdvancingFront::Clearance::clamp(double height) const {
+    const double inset = kInside * (span.high - span.low);
+    return std::clamp(height, span.low + inset, span.high - inset);
+}
+
+std::optional<AdvancingFront::Clearance> AdvancingFront::clearance_at(const Point& place, const Vector& up,
+                                                                      std::span<const std::uint32_t> samples) const {
+    std::optional<Clearance> lowest;
+    const auto chord = state_.surroundings().unknown_part(place, up);
+    for (const std::uint32_t v : samples) {
+        if (!inference_.has_clearance(v)) continue;
+        auto in = inference_.clearance(v).clip(place, up);
+        if (!in || !chord) continue;
+        in->high = std::min(in->high, chord->high);
+        if (in->low < in->high && (!lowest || in->low < lowest->span.low)) lowest = Clearance{*in, v};
+    }
+    return lowest;
+}
+
+std::optional<FrontTouch> AdvancingFront::touch_dual_edge(const FacetView& facet) const {
+    const std::optional<Clearance> free = clearance_at(facet.line.origin, facet.up, facet.corners);
+    if (!free) return std::nullopt;
+    FrontTouch touch;
+    // Where the edge's exterior end is in doubt itself, the probe starts above it.
+    touch.start = facet.at(free->clamp(std::min(facet.top, options_.standoff)));
+    touch.home = free->home;
+    touch.certain = facet.interior && *facet.interior >= facet.bottom;
+    touch.interior_of = touch.certain ? facet.interior_of : facet.corners[0];
+    touch.target = facet.at(touch.certain ? *facet.interior : std::max(facet.bottom, -2 * options_.epsilon));
+    touch.along = facet;
+    touch.beside = facet.corners;
+    return touch;
+}
+
+std::optional<FrontTouch> AdvancingFront::touch_ahead(const OpenEdge& edge, const std::optional<FacetView>& ahead) {
+    // On the bisector plane of the edge's ends, at the circumradius wanted; a longer edge has a larger circle.
+    const double radius = std::max(options_.growth * options_.epsilon, edge.half * (1 + kInside));
+    const double ideal = radius + std::sqrt(radius * radius - edge.half * edge.half);
+    const double centre = ahead ? (ahead->line.origin - edge.middle).dot(edge.ahead) : ideal;
+    near_.clear();
+    const auto add_neighbors = [&](std::uint32_t sample) {
+        state_.adjacent_samples(sample, adjacent_);
+        near_.insert(near_.end(), adjacent_.begin(), adjacent_.end());
+    };
+    add_neighbors(edge.a);
+    add_neighbors(edge.b);
+    if (ahead) {
+        for (const std::uint32_t v : ahead->corners) {
+            if (v != edge.a && v != edge.b) add_neighbors(v);
+        }
+    }
+    const std::array<std::uint32_t, 3> beside{edge.a, edge.b, edge.c};
+    for (int k = static_cast<int>(edge.attempts); k <= kPlaces; ++k) {
+        const Point place = edge.middle + (ideal + (centre - ideal) * k / kPlaces) * edge.ahead;
+        FrontTouch touch;
+        touch.beside = beside;
+        const std::optional<Clearance> free = clearance_at(place, edge.up, beside);
+        const auto chord = state_.surroundings().unknown_part(place, edge.up);
+        if (!free || !chord) continue;
+        std::optional<double> inside;
+        touch.interior_of = beside[0];
+        for (const std::uint32_t v : beside) {
+            if (!inference_.knows(v)) continue;
+            if (const auto in = inference_.lens(v, Side::interior).clip(place, edge.up); in && (!inside || in->high > *inside)) {
+                inside = in->high;
+                touch.interior_of = v;
+            }
+        }
+        // S is met between these heights: everywhere there the touch must keep its distance.
+        const double low = std::max(inside.value_or(-2 * options_.epsilon), chord->low);
+        const bool spaced = std::all_of(near_.begin(), near_.end(), [&](std::uint32_t v) {
+            const Vector d = state_.sample(v) - place;
+            return (d - std::clamp(d.dot(edge.up), std::min(low, free->span.low), free->span.low) * edge.up).norm() >
+                   kSpacing * options_.epsilon;
+        });
+        if (!spaced) continue;
+        touch.start = place + free->clamp(options_.standoff) * edge.up;
+        touch.home = free->home;
+        touch.target = place + low * edge.up;
+        touch.certain = inside.has_value();
+        const Point under = edge.middle - ideal * edge.up;
+        if (!state_.surroundings().is_free(under)) touch.under = under;
+        return touch;
+    }
+    return ahead ? touch_dual_edge(*ahead) : std::nullopt;
+}
+
+std::optional<FrontTouch> AdvancingFront::touch_audited(const Task& task) const {
+    const auto e = state_.find_facet(task.samples[0], task.samples[1], task.samples[2]);
+    const auto inferred = e ? state_.inferred(*e) : std::nullopt;
+    if (!inferred) return std::nullopt;  // gone, or touched by now
+    const auto view = inference_.view(*inferred);
+    auto touch = view ? touch_dual_edge(*view) : std::nullopt;
+    if (touch) touch->audit = true;
+    return touch;
+}
+
+std::optional<FrontTouch> AdvancingFront::next(const Point& head) {
+    while (const std::optional<Task> task = tasks_.take_nearest(head)) {
+        if (task->samples[2] != Task::kNoSample) {
+            const auto touch = audited_ < kAuditEnough ? touch_audited(*task) : std::nullopt;
+            if (!touch) continue;
+            ++audited_;
+            return touch;
+        }
+        const std::optional<OpenEdge> edge = look_at(*task);
+        if (!edge) continue;
+        if (edge->attempts > kMaxAttempts) {
+            given_up_.insert({edge->a, edge->b});
+            continue;
+        }
+        // Normals may be known better by now than when the facets around were new.
+        if (infer_around()) continue;
+        const std::optional<FacetView> ahead = facet_ahead(*edge);
+        std::optional<FrontTouch> touch;
+        if (ahead && ahead->line.circumradius <= options_.epsilon && edge->attempts < kDualAttempts) {
+            touch = touch_dual_edge(*ahead);
+        }
+        if (!touch) touch = touch_ahead(*edge, ahead);
+        if (!touch) {
+            given_up_.insert({edge->a, edge->b});
+            continue;
+        }
+        // Until it is closed.
+        tasks_.add({task->samples, edge->attempts + 1, task->at, state_.ticket(edge->facet)});
+        return touch;
+    }
+    return std::nullopt;
+}
+
+}  // namespace palpate

@@ -1,0 +1,111 @@
+// Where to touch next so that Ŝ grows over S from its open edges (planner/DESIGN.md, "Growing").
+//
+// An open edge is a Delaunay edge with one facet of Ŝ. The facets around it are looked at first: one that S must cross, as lenses
+// show, closes it without a touch. If S crosses one of them within a small ball but lenses cannot tell which, its dual edge
+// is probed from within the lens. Otherwise a new sample is touched ahead of the edge, so that the two make a triangle of circumradius
+// `growth`·ε, or nearer to the centre of the empty circle ahead where that would come too near to another sample.
+#pragma once
+
+#include <array>
+#include <cstdint>
+#include <optional>
+#include <random>
+#include <set>
+#include <utility>
+#include <vector>
+
+#include "planner/inference/inference.h"
+#include "planner/loop/task_grid.h"
+
+namespace palpate {
+
+// A touch that a front asks for.
+struct FrontTouch {
+    Point start = Point::Zero();   // in the exterior lens of `home`
+    Point target = Point::Zero();  // S lies before it
+    bool certain = false;          // the interior lens of `interior_of` shows that S lies before the target
+    std::uint32_t home = 0;
+    std::uint32_t interior_of = 0;
+    bool audit = false;                     // the edge holds an inferred crossing
+    std::optional<Point> under;             // where to probe on to if the target is reached: S falls away steeply
+    std::optional<FacetView> along;         // the dual edge that is probed; nothing: a new sample
+    std::array<std::uint32_t, 3> beside{};  // samples around: the open edge and the third corner of its facet
+};
+
+class AdvancingFront {
+public:
+    struct Options {
+        double epsilon = 0.0;   // mm
+        double standoff = 0.0;  // mm: a probe starts so far above S if that is proven free, or as near to that as is
+        double growth = kGrowth;
+        double audit = 0.0;             // share of the inferred crossings that are touched anyway
+        std::uint64_t random_seed = 0;  // of the choice of audited crossings
+    };
+    // So many touches that agree are audit enough: not one inference in a hundred is wrong, with 95 % confidence.
+    static constexpr std::uint64_t kAuditEnough = 300;
+    // Of ε: the circumradius of new triangles. Larger makes fewer samples, and more of them in doubt.
+    static constexpr double kGrowth = 0.92;
+
+    AdvancingFront(MaintainedDelaunay& state, Inference& inference, const Options& options)
+        : state_(state), inference_(inference), options_(options), tasks_(2 * options.epsilon), random_(options.random_seed) {}
+
+    // Infers what it can of an edge. True if that puts its facet into Ŝ.
+    bool infer(DirectedEdge e);
+    void note_insertion(const MaintainedDelaunay::Insertion& insertion);
+    // The facet came into Ŝ or left it.
+    void note_edges(DirectedEdge e);
+    // What an inference rested on is less than it was.
+    void reconsider(DirectedEdge e);
+    // Infers and notes everything afresh. Linear time.
+    void sweep();
+
+    // S crosses the dual edge of a facet with that sample twice: two sheets are so near that touches beside samples mostly fail.
+    void note_thin(std::uint32_t sample);
+    [[nodiscard]] bool is_thin(std::uint32_t sample) const { return sample < thin_.size() && thin_[sample]; }
+    // The facet's dual edge was touched, and whether S meets it is still not known.
+    void note_missed(const std::array<std::uint32_t, 3>& facet) { missed_.insert(in_order(facet)); }
+    // What to touch next, nearest to the tool first. Nothing when no open edge is left that a touch near it can close.
+    [[nodiscard]] std::optional<FrontTouch> next(const Point& head);
+    [[nodiscard]] std::size_t open_count() const { return tasks_.size(); }
+
+private:
+    struct OpenEdge;
+
+    void note_edge(std::uint32_t a, std::uint32_t b, const EdgeTicket& hint);
+    void note_edges_of(const std::array<std::uint32_t, 3>& facet, const EdgeTicket& hint);
+    [[nodiscard]] double circumradius(const std::array<std::uint32_t, 3>& facet) const;
+    // The open edge as it is now; nothing if it is closed.
+    [[nodiscard]] std::optional<OpenEdge> look_at(const Task& task);
+    // Looks again at the facets around the edge that was looked at last. True if one closes it.
+    bool infer_around();
+    // The facet ahead of the edge that S crosses most likely.
+    [[nodiscard]] std::optional<FacetView> facet_ahead(const OpenEdge& edge);
+    // What is taken to be free along a line near S.
+    struct Clearance {
+        Interval span;  // mm along the line
+        std::uint32_t home = 0;
+
+        [[nodiscard]] double clamp(double height) const;
+    };
+    [[nodiscard]] std::optional<Clearance> clearance_at(const Point& place, const Vector& up, std::span<const std::uint32_t> samples) const;
+    [[nodiscard]] std::optional<FrontTouch> touch_dual_edge(const FacetView& facet) const;
+    [[nodiscard]] std::optional<FrontTouch> touch_ahead(const OpenEdge& edge, const std::optional<FacetView>& ahead);
+    // An inferred facet that is touched anyway.
+    void note_audit(DirectedEdge e);
+    [[nodiscard]] std::optional<FrontTouch> touch_audited(const Task& task) const;
+
+    MaintainedDelaunay& state_;
+    Inference& inference_;
+    const Options options_;
+    TaskGrid tasks_;
+    std::mt19937_64 random_;
+    std::uint64_t audited_ = 0;
+    std::set<std::array<std::uint32_t, 3>> missed_;               // facets whose dual edges were touched and taught nothing
+    std::set<std::pair<std::uint32_t, std::uint32_t>> given_up_;  // open edges that touches did not close
+    std::vector<bool> thin_;                                      // by sample, as far as there are any
+    std::vector<DirectedEdge> around_;                            // scratch
+    std::vector<std::uint32_t> adjacent_;                         // scratch
+    std::vector<std::uint32_t> near_;                             // scratch
+};
+
+}  // namespace palpate

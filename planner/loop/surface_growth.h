@@ -1,0 +1,86 @@
+// Ŝ grown as a front over S, from within the exterior lenses of its samples (planner/DESIGN.md, "Growing"): the part that needs a bound
+// on the reach. What it leaves open is left to the walks (voronoi_walk.h).
+#pragma once
+
+#include <cstdint>
+#include <optional>
+#include <vector>
+
+#include "planner/certificate.h"
+#include "planner/criteria.h"
+#include "planner/inference/inference.h"
+#include "planner/loop/advancing_front.h"
+#include "planner/loop/effort.h"
+#include "planner/motion/near_travel.h"
+#include "planner/motion/probe_head.h"
+#include "planner/options.h"
+#include "planner/probe_surface.h"
+
+namespace palpate {
+
+class SurfaceGrowth {
+public:
+    // REQUIRES: options.reach, unless the strategy infers adaptively. All arguments must outlive it.
+    SurfaceGrowth(ProbedSpace& space, ProbeHead& head, const Options& options, const OracleTraits& traits, const Criteria& criteria,
+                  const Observer& observer, Effort& effort);
+
+    // A touch that is to become a sample.
+    struct NewSample {
+        Point position = Point::Zero();
+        CellId near = 0;
+        std::uint32_t touch = 0;
+    };
+    struct Step {
+        std::optional<NewSample> sample;
+    };
+    // One touch, wherever it helps most; nothing if none does. The caller inserts the sample, if there is one.
+    std::optional<Step> step();
+
+    // Infers what it can of an edge that is about to be probed. True if a crossing is known now.
+    bool infer(DirectedEdge e) { return front_.infer(e); }
+    void note_insertion(const MaintainedDelaunay::Insertion& insertion, const Touch& touch);
+    // Samples from that one on were inserted by seeding.
+    void note_seeds(std::size_t first);
+    void note_crossing(DirectedEdge e) { front_.note_edges(e); }
+    // S crosses the edge twice: balls between the two sheets are that small.
+    void note_thin(DirectedEdge e);
+    // Infers and notes everything afresh. Linear time.
+    void sweep() { front_.sweep(); }
+    // An inferred crossing where Ŝ is wrong: only a touch can say now.
+    void distrust(DirectedEdge e);
+    // The tool found an inferred crossing's edge free.
+    void withdraw(DirectedEdge e, const Point& free);
+
+    // Brings the tool near a node of the roadmap that was reached from outside the lenses, if that way is shorter.
+    std::optional<Step> approach(NodeId goal, const std::array<std::uint32_t, 3>& corners);
+
+    // If the bound was contradicted: lowers it and withdraws what rested on it. True if it was.
+    bool settle_refutation();
+    [[nodiscard]] ReachEvidence evidence() const;
+    [[nodiscard]] std::size_t open_count() const { return front_.open_count(); }
+
+private:
+    [[nodiscard]] Step touch(const FrontTouch& asked);
+    void note_audit(const FrontTouch& asked, const std::optional<ProbeHead::Answer>& contact);
+    void note_evidence(const Refutation& refutation);
+    void lower(std::uint32_t sample, double share);
+    void lower_all(const Refutation& found);
+    void learn_crossing(const FacetView& along, const ProbeHead::Answer& touched);
+    // A touch becomes a sample, or a witness if it is too near to one. One that was not looked for may contradict lenses.
+    Step take_from_way(const NearTravel::Met& met, const std::array<std::uint32_t, 3>& beside);
+    Step take(const ProbeHead::Answer& touched, const std::array<std::uint32_t, 3>& beside);
+
+    ProbedSpace& space_;
+    MaintainedDelaunay& state_;
+    ProbeHead& head_;
+    const Options& options_;
+    const Criteria& criteria_;
+    Effort& effort_;
+    Inference inference_;
+    AdvancingFront front_;
+    NearTravel travel_;
+    bool grows_;
+    ReachEvidence evidence_;
+};
+
+}  // namespace palpate

@@ -1,0 +1,62 @@
+// Blind surface approximation: the whole run (Oudot 2005, chapter 8; planner/DESIGN.md).
+#pragma once
+
+#include <functional>
+#include <span>
+#include <vector>
+
+#include "planner/certificate.h"
+#include "planner/check_options.h"
+#include "planner/cost.h"
+#include "planner/options.h"
+#include "planner/progress.h"
+#include "planner/surface_oracle.h"
+#include "planner/surroundings.h"
+#include "planner/topology.h"
+#include "planner/touch.h"
+
+namespace palpate {
+
+struct Result {
+    TriangleMesh mesh;               // Ŝ, oriented outwards; its points are samples
+    std::vector<double> ball_radii;  // mm, by triangle: of its smallest surface Delaunay ball
+    Topology topology;               // of the mesh
+    Certificate certificate;
+    std::vector<BadPlace> bad_places;   // empty unless the certificate is incomplete
+    std::vector<BadPlace> thin_places;  // walls and sharp edges that the mesh leaves out, without harm to its topology
+    Cost cost;
+    std::vector<Touch> touches;    // every contact, in order
+    std::size_t samples = 0;       // |E|, whether a facet uses them or not
+    double max_ball_radius = 0.0;  // mm
+
+    // Lower bounds for any such sample: N >= 2·area/(3√3·ε²), and (N - 1)·ε for the way through N samples that are ε apart.
+    double lower_bound_samples = 0.0;
+    double lower_bound_displacement = 0.0;  // mm
+};
+
+// A run as it stands. Valid during the call that it is given to.
+struct RunView {
+    std::span<const Touch> touches;         // every contact, in order
+    std::span<const Point> samples;         // E
+    std::function<TriangleMesh()> surface;  // makes Ŝ, as it is by now: linear time
+};
+
+// Who watches a run. Any may be empty. Watching changes nothing.
+struct Observer {
+    std::function<void(const Progress&)> on_progress;  // after every probe
+    std::function<void(const RunView&)> on_sample;     // after every sample that is not a seed
+    std::function<void(double way_mm)> on_home;        // before the tool goes back to where it began
+    // After every crossing that was inferred: S is met between `near`, which is free, and `far`, inside O.
+    std::function<void(const Point& near, const Point& far)> on_inference;
+};
+
+// Probes until every facet of Ŝ fulfils the criteria. Throws SeedError and ContradictionError (planner/errors.h),
+// std::invalid_argument as check_options does or on a start of the tool inside ω, and what the oracle throws.
+[[nodiscard]] Result probe_surface(SurfaceOracle& oracle, const Surroundings& surroundings, const Options& options,
+                                   const Observer& observer = {});
+
+// Lower bound on the number of samples of a surface of that area (mm²) whose balls are at most epsilon (mm): the
+// density of a hexagonal lattice of circumradius epsilon.
+[[nodiscard]] double lower_bound_samples(double area, double epsilon);
+
+}  // namespace palpate

@@ -1,0 +1,27 @@
+// One contact with the surface.
+#pragma once
+
+#include <cstdint>
+#include <optional>
+
+#include "planner/geometry.h"
+
+namespace palpate {
+
+// One contact with S, in the order of the run.
+struct Touch {
+    enum class Role {
+        crossing,    // on a Voronoi edge; not a sample
+        seed,        // a first touch
+        seed_facet,  // a vertex of a persistent facet, nearer than ε to its fellows
+        refinement,  // a sample: the centre of a ball larger than ε
+        repair,      // a sample: the centre of a smaller ball at a defect of Ŝ (planner/DESIGN.md, "Repair")
+        check,       // a known place, touched again to see whether the probe works; not a sample
+    };
+    Point position = Point::Zero();
+    Point from = Point::Zero();  // where the probe that found it started
+    Role role = Role::crossing;
+    std::optional<std::uint32_t> sample;  // its index among the samples
+};
+
+}  // namespace palpate

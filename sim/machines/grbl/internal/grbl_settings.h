@@ -1,0 +1,36 @@
+// The numbered settings of a virtual GRBL controller.
+#pragma once
+
+#include <map>
+#include <string>
+
+#include "sim/machines/grbl/virtual_grbl.h"
+
+namespace palpate {
+
+class GrblSettings {
+public:
+    GrblSettings(const VirtualGrblOptions& options, const VirtualToolOptions& tool);
+
+    // Number of the error, or 0. Of the settings, only the ones that are asked for below change anything.
+    int set(int number, double value);
+    // `$$`: one line per setting, without the `ok`.
+    [[nodiscard]] std::string dump() const;
+
+    [[nodiscard]] unsigned status_mask() const;
+    [[nodiscard]] bool inches() const { return values_.at(kInches) != 0.0; }
+    [[nodiscard]] bool soft_limits() const { return values_.at(kSoftLimits) != 0.0; }
+    [[nodiscard]] bool homing() const { return values_.at(kHoming) != 0.0; }
+    [[nodiscard]] double max_feed_mm_per_s() const;  // may be 0
+
+private:
+    static constexpr int kStatusMask = 10;
+    static constexpr int kInches = 13;
+    static constexpr int kSoftLimits = 20;
+    static constexpr int kHoming = 22;
+    static constexpr int kMaxFeed = 110;  // of x; y and z follow
+
+    std::map<int, double> values_;
+};
+
+}  // namespace palpate

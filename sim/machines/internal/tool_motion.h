@@ -1,0 +1,47 @@
+// One straight move of a virtual tool on its way.
+#pragma once
+
+#include <algorithm>
+#include <optional>
+#include <vector>
+
+#include "sim/machines/internal/tool_path.h"
+#include "sim/machines/internal/trapezoid.h"
+#include "sim/machines/virtual_tool.h"
+
+namespace palpate {
+
+// Times are those of the tool.
+struct ToolMotion {
+    Segment way;       // where it really goes, in the object's coordinates
+    Vector direction;  // of length 1, or 0 where the way has none
+    Trapezoid profile;
+    double feed_mm_per_s = 0.0;  // the greatest that it was commanded at
+    VirtualTool::Guard guard = VirtualTool::Guard::none;
+    Seconds start{0.0};  // of the profile
+    std::vector<Stretch> stretches{};
+    std::size_t stretch = 0;  // in which it is now
+    std::optional<Seconds> slow_down{};
+    double base = 0.0;  // mm: of the way, where the profile begins
+    bool is_stopping = false;
+    double late = 0.0;  // mm: so far behind the surface the probe closes
+
+    [[nodiscard]] double whole() const { return (way.target - way.source).norm(); }
+    [[nodiscard]] double travelled(Seconds now) const { return base + profile.distance(now - start); }
+    [[nodiscard]] double end_distance() const { return base + profile.length(); }
+    [[nodiscard]] Point at(double distance) const { return way.source + distance * direction; }
+    [[nodiscard]] Seconds end() const { return start + profile.duration(); }
+    // Where the probe changes the next time, if there is another stretch.
+    [[nodiscard]] double next_change() const {
+        const Stretch& next = stretches[stretch + 1];
+        return next.inside ? std::clamp(next.from + late, stretches[stretch].from, next.to) : next.from;
+    }
+    // When it comes there, if it comes that far.
+    [[nodiscard]] std::optional<Seconds> next_crossing() const {
+        if (stretch + 1 >= stretches.size()) return std::nullopt;
+        const auto time = profile.time_at(next_change() - base);
+        return time ? std::optional(start + *time) : std::nullopt;
+    }
+};
+
+}  // namespace palpate

@@ -1,0 +1,229 @@
+#include "sim/machines/virtual_tool.h"
+
+#include <algorithm>
+#include <cassert>
+#include <cmath>
+#include <utility>
+
+#include "sim/machines/internal/probe_input.h"
+#include "sim/machines/internal/tool_motion.h"
+
+namespace palpate {
+
+VirtualTool::VirtualTool(const HiddenObject& object, const VirtualToolOptions& options)
+    : object_(object),
+      options_(options),
+      input_(std::make_unique<ProbeInput>()),
+      noise_(options.touch_noise_seed),
+      place_(options.start - options.origin) {
+    input_->touch(object_.contains(place_), now_);
+}
+
+VirtualTool::~VirtualTool() = default;
+VirtualTool::VirtualTool(VirtualTool&&) noexcept = default;
+
+void VirtualTool::start_move(const Point& target, double feed_mm_per_s, Guard guard) {
+    assert(!motion_ && feed_mm_per_s > 0.0 && target.allFinite());
+    trigger_.reset();
+    const Segment way{place_, target + slip_ - options_.origin};
+    const Vector reach = way.target - way.source;
+    const double length = reach.norm();
+    const Vector direction = length > 0.0 ? Vector(reach / length) : Vector::Zero();
+    const Trapezoid profile(length, feed_mm_per_s, options_.motion.acceleration_mm_per_s2);
+    motion_ = std::make_unique<ToolMotion>(ToolMotion{way, direction, profile, feed_mm_per_s, guard, now_, stretches_of(object_, way)});
+    if (guard == Guard::until_contact) motion_->late = draw_noise();
+    // A tool that rests on S lets go of it as it begins to move away.
+    if (length > 0.0) input_->touch(motion_->stretches.front().inside, now_);
+    watch(0.0);
+    if (length == 0.0) motion_.reset();
+}
+
+void VirtualTool::decelerate() {
+    if (!motion_) return;
+    motion_->profile = motion_->profile.stopped_from(now_ - motion_->start);
+    motion_->is_stopping = true;
+}
+
+void VirtualTool::change_feed(double feed_mm_per_s) {
+    assert(feed_mm_per_s > 0.0);
+    if (!motion_ || motion_->is_stopping) return;
+    const double travelled = motion_->travelled(now_);
+    const double left = std::max(0.0, motion_->whole() - travelled);
+    motion_->profile = Trapezoid(left, feed_mm_per_s, options_.motion.acceleration_mm_per_s2, speed_mm_per_s());
+    motion_->base = travelled;
+    motion_->start = now_;
+    motion_->feed_mm_per_s = std::max(motion_->feed_mm_per_s, feed_mm_per_s);
+}
+
+void VirtualTool::abort() {
+    if (!motion_) return;
+    const double speed = speed_mm_per_s();
+    const double travelled = motion_->travelled(now_);
+    // A profile never asks for harder braking than this, so the mass stays on the way.
+    const double run_on = std::min(speed * speed / (2 * options_.motion.acceleration_mm_per_s2), motion_->whole() - travelled);
+    slip_ += run_on * motion_->direction;
+    end_motion(travelled + run_on);
+    input_->touch(object_.contains(place_), now_);
+}
+
+void VirtualTool::advance(Seconds time) {
+    const Seconds end = now_ + time;
+    for (auto next = next_event(); next && *next <= end; next = next_event()) {
+        now_ = std::max(now_, *next);
+        handle_events();
+    }
+    now_ = std::max(now_, end);
+}
+
+Seconds VirtualTool::finish() {
+    const Seconds begin = now_;
+    while (motion_) {
+        now_ = std::max(now_, *next_event());
+        handle_events();
+    }
+    return now_ - begin;
+}
+
+void VirtualTool::place(const Point& position) {
+    assert(!motion_);
+    slip_ = Vector::Zero();
+    place_ = position - options_.origin;
+    input_->touch(object_.contains(place_), now_);
+}
+
+void VirtualTool::count_from(const Point& position) {
+    assert(!motion_);
+    slip_ = true_position() - position;
+}
+
+double VirtualTool::speed_mm_per_s() const { return motion_ ? motion_->profile.speed(now_ - motion_->start) : 0.0; }
+
+Point VirtualTool::true_position() const { return (motion_ ? motion_->at(motion_->travelled(now_)) : place_) + options_.origin; }
+
+Point VirtualTool::rounded(const Point& p) const {
+    const double steps_per_mm = 1.0 / options_.motion.resolution_mm;
+    return (p * steps_per_mm).array().round() / steps_per_mm;
+}
+
+Point VirtualTool::position() const { return rounded(true_position() - slip_); }
+
+bool VirtualTool::is_probe_closed() const { return input_->is_closed(now_); }
+
+std::optional<Point> VirtualTool::trigger() const { return trigger_ ? std::optional(rounded(*trigger_)) : std::nullopt; }
+
+std::optional<Seconds> VirtualTool::next_event() const {
+    std::optional<Seconds> next = input_->next_change(now_);
+    const auto consider = [&](const std::optional<Seconds>& time) {
+        if (time) next = next ? std::min(*next, *time) : time;
+    };
+    if (motion_) {
+        consider(motion_->end());
+        consider(motion_->slow_down);
+        consider(motion_->next_crossing());
+    }
+    return next;
+}
+
+std::optional<Seconds> VirtualTool::time_to_event() const {
+    const auto next = next_event();
+    return next ? std::optional(std::max(Seconds(0.0), *next - now_)) : std::nullopt;
+}
+
+void VirtualTool::handle_events() {
+    input_->pass_until(now_);
+    if (!motion_) return;
+    double distance = motion_->travelled(now_);
+    if (const auto crossing = motion_->next_crossing(); crossing && *crossing <= now_) {
+        distance = motion_->next_change();  // not what rounding of times makes of it
+        input_->touch(motion_->stretches[++motion_->stretch].inside, now_);
+    }
+    watch(distance);
+    if (motion_->slow_down && *motion_->slow_down <= now_) {
+        motion_->slow_down.reset();
+        decelerate();
+    }
+    if (!motion_->next_crossing() && motion_->end() <= now_) end_motion(motion_->end_distance());
+}
+
+void VirtualTool::watch(double distance) {
+    if (trigger_ || motion_->guard == Guard::none) return;
+    if (is_probe_closed() != (motion_->guard == Guard::until_contact)) return;
+    trigger_ = motion_->at(distance) + options_.origin - slip_;
+    motion_->slow_down = now_ + options_.motion.latency;
+}
+
+void VirtualTool::end_motion(double distance) {
+    constexpr double kArrived = 1e-9;  // mm: a profile's length is the way's up to rounding, which is far less
+    const auto motion = std::exchange(motion_, nullptr);
+    place_ = std::abs(motion->whole() - distance) < kArrived ? motion->way.target : motion->at(distance);
+    record(*motion, distance);
+}
+
+void VirtualTool::record(const ToolMotion& motion, double distance) {
+    // Depths told to a sixteenth of the overtravel are told well enough.
+    const double step = std::max(options_.motion.overtravel_mm, options_.motion.resolution_mm) / 16;
+    double deepest = 0.0;
+    for (const Stretch& stretch : motion.stretches) {
+        if (!stretch.inside || stretch.from >= distance) continue;
+        deepest = std::max(deepest, deepest_between(object_, motion.way, stretch.from, std::min(stretch.to, distance), step));
+    }
+    ++audit_.moves;
+    audit_.distance_mm += distance;
+    audit_.deepest_mm = std::max(audit_.deepest_mm, deepest);
+    audit_.deepest_end_mm = std::max(audit_.deepest_end_mm, depth_at(object_, place_));
+    if (is_fast(motion) && is_too_deep(deepest)) ++audit_.fast_moves_inside;
+    if (motion.guard == Guard::none) ++audit_.unguarded_moves;
+    if (is_unsafe(motion, distance, deepest)) ++audit_.unsafe_moves;
+    const Point end = place_ + options_.origin;
+    if (!options_.limits.contains(end, options_.motion.resolution_mm)) ++audit_.outside_limits;
+}
+
+double VirtualTool::draw_noise() {
+    if (options_.touch_noise_mm == 0.0) return 0.0;
+    // The same on every platform, which std::uniform_real_distribution is not.
+    return options_.touch_noise_mm * (2 * static_cast<double>(noise_() >> 11U) * 0x1p-53 - 1);
+}
+
+bool VirtualTool::is_too_deep(double depth) const { return depth > options_.motion.overtravel_mm + options_.motion.resolution_mm; }
+
+bool VirtualTool::is_fast(const ToolMotion& motion) const {
+    constexpr double kRounding = 1.001;  // of a feed in whole mm/min
+    return options_.probe_feed_mm_per_s > 0.0 && motion.feed_mm_per_s > kRounding * options_.probe_feed_mm_per_s;
+}
+
+bool VirtualTool::is_unsafe(const ToolMotion& motion, double distance, double deepest) const {
+    const double resolution = options_.motion.resolution_mm;
+    const bool deeper = deepest > depth_at(object_, motion.way.source) + resolution;
+    if (motion.guard == Guard::until_contact) return deeper && is_too_deep(deepest);
+    const auto enters = [&](const Stretch& stretch) {
+        return stretch.inside && stretch.from > 0.0 && stretch.from < distance &&
+               deepest_between(object_, motion.way, stretch.from, std::min(stretch.to, distance), resolution) > resolution;
+    };
+    return deeper || std::ranges::any_of(motion.stretches, enters);
+}
+
+void VirtualTool::trigger_spuriously() {
+    input_->glitch(now_);
+    watch_now();
+}
+
+void VirtualTool::watch_now() {
+    if (motion_) watch(motion_->travelled(now_));
+}
+
+void VirtualTool::miss_next_trigger() { input_->miss_next(); }
+void VirtualTool::set_miss_share(double share, std::uint64_t seed) { input_->set_miss_share(share, seed); }
+
+void VirtualTool::set_unplugged(bool unplugged) {
+    input_->set_unplugged(unplugged);
+    watch_now();
+}
+
+void VirtualTool::press(bool pressed) {
+    input_->press(pressed);
+    watch_now();
+}
+
+void VirtualTool::bounce(int times) { input_->set_bounces(times); }
+
+}  // namespace palpate

@@ -1,0 +1,207 @@
+#include "sim/objects/triangle_tree.h"
+
+#include <CGAL/AABB_traits.h>
+#include <CGAL/AABB_tree.h>
+#include <CGAL/AABB_triangle_primitive.h>
+#include <CGAL/Exact_predicates_inexact_constructions_kernel.h>
+#include <CGAL/Exact_rational.h>
+
+#include <Eigen/Geometry>
+#include <algorithm>
+#include <array>
+#include <cassert>
+#include <cmath>
+#include <limits>
+
+namespace palpate {
+namespace {
+
+using Kernel = CGAL::Exact_predicates_inexact_constructions_kernel;
+using Triangles = std::vector<Kernel::Triangle_3>;
+using Primitive = CGAL::AABB_triangle_primitive<Kernel, Triangles::const_iterator>;
+using Tree = CGAL::AABB_tree<CGAL::AABB_traits<Kernel, Primitive>>;
+
+Kernel::Point_3 to_cgal(const Point& p) { return {p.x(), p.y(), p.z()}; }
+Point from_cgal(const Kernel::Point_3& p) { return {p.x(), p.y(), p.z()}; }
+
+// Exact. Most triangles that a box lets through are settled by orientations, which CGAL filters without exceptions; where a corner or an
+// end is in the way exactly, its general test decides.
+bool do_meet(const Kernel::Segment_3& s, const Kernel::Triangle_3& t) {
+    const CGAL::Orientation source = CGAL::orientation(t[0], t[1], t[2], s.source());
+    const CGAL::Orientation target = CGAL::orientation(t[0], t[1], t[2], s.target());
+    if (source == target && source != CGAL::COPLANAR) return false;
+    if (source != CGAL::COPLANAR && target != CGAL::COPLANAR) {
+        // The line passes through the triangle if it has all edges on the same side, or meets them.
+        const auto side = [&](int i) { return CGAL::orientation(s.source(), s.target(), t[i], t[(i + 1) % 3]); };
+        const std::array<CGAL::Orientation, 3> sides{side(0), side(1), side(2)};
+        const auto has = [&](CGAL::Orientation o) { return std::ranges::find(sides, o) != sides.end(); };
+        return !(has(CGAL::POSITIVE) && has(CGAL::NEGATIVE));
+    }
+    return Kernel().do_intersect_3_object()(s, t);
+}
+
+// Parameter in [0, 1] along s, whose line meets the triangle's plane; nothing if the line is parallel to it.
+std::optional<double> exact_parameter(const Kernel::Segment_3& s, const Kernel::Triangle_3& t) {
+    using Number = CGAL::Exact_rational;
+    using Exact = std::array<Number, 3>;
+    const auto difference = [](const Kernel::Point_3& to, const Kernel::Point_3& from) {
+        return Exact{Number(to.x()) - Number(from.x()), Number(to.y()) - Number(from.y()), Number(to.z()) - Number(from.z())};
+    };
+    const auto dot = [](const Exact& u, const Exact& v) { return Number(u[0] * v[0] + u[1] * v[1] + u[2] * v[2]); };
+    const Exact u = difference(t[1], t[0]);
+    const Exact v = difference(t[2], t[0]);
+    const Exact normal{Number(u[1] * v[2] - u[2] * v[1]), Number(u[2] * v[0] - u[0] * v[2]), Number(u[0] * v[1] - u[1] * v[0])};
+    const Number denominator = dot(normal, difference(s.target(), s.source()));
+    if (denominator == 0) return std::nullopt;
+    return CGAL::to_double(Number(dot(normal, difference(t[0], s.source())) / denominator));
+}
+
+// Parameter along s of its first point in the triangle, given that they meet.
+std::optional<double> parameter(const Kernel::Segment_3& s, const Kernel::Triangle_3& t) {
+    // Below this share of the product of the vectors' lengths, the determinant has lost more than a digit and a half to rounding.
+    constexpr double kWellConditioned = 0.03;
+    const Vector d = from_cgal(s.target()) - from_cgal(s.source());
+    const Vector u = from_cgal(t[1]) - from_cgal(t[0]);
+    const Vector v = from_cgal(t[2]) - from_cgal(t[0]);
+    const Vector normal = u.cross(v);
+    const double denominator = normal.dot(d);
+    std::optional<double> result;
+    if (denominator * denominator > kWellConditioned * kWellConditioned * u.squaredNorm() * v.squaredNorm() * d.squaredNorm()) {
+        result = normal.dot(from_cgal(t[0]) - from_cgal(s.source())) / denominator;
+    } else {
+        result = exact_parameter(s, t);
+    }
+    if (result) return std::clamp(*result, 0.0, 1.0);
+    if (Kernel().do_intersect_3_object()(t, s.source())) return 0.0;
+    if (Kernel().do_intersect_3_object()(t, s.target())) return 1.0;
+    return std::nullopt;
+}
+
+// What CGAL's tree traversal calls back: collects parameters of hits, all of them or only the least.
+class Collector {
+public:
+    using Node = CGAL::AABB_node<Tree::AABB_traits>;
+
+    Collector(const Kernel::Segment_3& s, bool only_first)
+        : only_first_(only_first), source_(from_cgal(s.source())), way_(from_cgal(s.target()) - source_) {}
+
+    [[nodiscard]] static bool go_further() { return true; }
+
+    void intersection(const Kernel::Segment_3& s, const Primitive& primitive) {
+        const Kernel::Triangle_3& triangle = *primitive.id();
+        if (!do_meet(s, triangle)) return;
+        const auto t = parameter(s, triangle);
+        if (!t) return;
+        if (only_first_) {
+            if (hits_.empty()) hits_.push_back(*t);
+            hits_.front() = std::min(hits_.front(), *t);
+        } else {
+            hits_.push_back(*t);
+        }
+    }
+
+    using Priority = double;
+    // Nearer boxes first: they may rule out the others.
+    [[nodiscard]] std::pair<bool, Priority> do_intersect_with_priority(const Kernel::Segment_3&, const Node& node) const {
+        const auto entry = entry_into(node.bbox());
+        return {entry.has_value(), entry ? -*entry : 0.0};
+    }
+    [[nodiscard]] bool do_intersect(const Kernel::Segment_3&, const Node& node) const { return entry_into(node.bbox()).has_value(); }
+
+    [[nodiscard]] std::vector<double> take() {
+        std::ranges::sort(hits_);
+        return std::move(hits_);
+    }
+
+private:
+    // Where the segment enters the box, if it does so before the first hit so far. Never misses one: differences and quotients of doubles
+    // have relative errors of 1e-16, so all parameters that matter, between 0 and 1, are known to a few times that.
+    [[nodiscard]] std::optional<double> entry_into(const CGAL::Bbox_3& box) const {
+        constexpr double kSlack = 1e-14;
+        double enter = 0.0;
+        double leave = only_first_ && !hits_.empty() ? hits_.front() : 1.0;
+        for (int i = 0; i < 3; ++i) {
+            const double low = (box.min)(i)-source_[i];
+            const double high = (box.max)(i)-source_[i];
+            if (way_[i] == 0.0) {
+                if (low > 0.0 || high < 0.0) return std::nullopt;
+                continue;
+            }
+            const double a = low / way_[i];
+            const double b = high / way_[i];
+            enter = std::max(enter, std::min(a, b));
+            leave = std::min(leave, std::max(a, b));
+        }
+        if (enter > leave + kSlack) return std::nullopt;
+        return enter;
+    }
+
+    bool only_first_;
+    Point source_;
+    Vector way_;
+    std::vector<double> hits_;
+};
+
+}  // namespace
+
+struct TriangleTree::Impl {
+    Triangles triangles;
+    Tree tree;
+    double extent = 0.0;  // mm: largest coordinate
+
+    [[nodiscard]] std::vector<double> hits(const Segment& segment, bool only_first) const {
+        const Kernel::Segment_3 query(to_cgal(segment.source), to_cgal(segment.target));
+        if (query.is_degenerate()) {
+            const Kernel::Point_3 p = query.source();
+            return tree.do_intersect(p) ? std::vector<double>{0.0} : std::vector<double>{};
+        }
+        Collector collector(query, only_first);
+        if (only_first) {
+            tree.traversal_with_priority(query, collector);
+        } else {
+            tree.traversal(query, collector);
+        }
+        return collector.take();
+    }
+};
+
+TriangleTree::TriangleTree(const TriangleMesh& mesh) {
+    assert(!mesh.triangles.empty());
+    auto impl = std::make_unique<Impl>();
+    impl->triangles.reserve(mesh.triangles.size());
+    for (const auto& [a, b, c] : mesh.triangles) {
+        assert(std::max({a, b, c}) < mesh.points.size());
+        impl->triangles.emplace_back(to_cgal(mesh.points[a]), to_cgal(mesh.points[b]), to_cgal(mesh.points[c]));
+        for (auto i : {a, b, c}) impl->extent = std::max(impl->extent, mesh.points[i].cwiseAbs().maxCoeff());
+    }
+    impl->tree.insert(impl->triangles.cbegin(), impl->triangles.cend());
+    impl->tree.build();  // now, not at the first query: queries of several threads must not change anything
+    impl->tree.accelerate_distance_queries();
+    impl_ = std::move(impl);
+}
+
+TriangleTree::~TriangleTree() = default;
+TriangleTree::TriangleTree(TriangleTree&&) noexcept = default;
+TriangleTree& TriangleTree::operator=(TriangleTree&&) noexcept = default;
+
+std::optional<Point> TriangleTree::first_hit(const Segment& segment) const {
+    const std::vector<double> hits = impl_->hits(segment, true);
+    if (hits.empty()) return std::nullopt;
+    return segment.source + hits.front() * (segment.target - segment.source);
+}
+
+std::vector<Point> TriangleTree::crossings(const Segment& segment) const {
+    // Well above the rounding of a hit (about 1e-16 / kWellConditioned of the coordinates that go into it).
+    constexpr double kSame = 1e-13;
+    const double same = kSame * std::max({impl_->extent, segment.source.cwiseAbs().maxCoeff(), segment.target.cwiseAbs().maxCoeff()});
+    std::vector<Point> points;
+    for (double t : impl_->hits(segment, false)) {
+        const Point p = segment.source + t * (segment.target - segment.source);
+        if (points.empty() || (p - points.back()).norm() > same) points.push_back(p);
+    }
+    return points;
+}
+
+Point TriangleTree::closest_point(const Point& p) const { return from_cgal(impl_->tree.closest_point(to_cgal(p))); }
+
+}  // namespace palpate

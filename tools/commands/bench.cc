@@ -1,0 +1,69 @@
+// palpate bench: strategies beside each other.
+#include "tools/bench.h"
+
+#include <iostream>
+
+#include "config/reader.h"
+#include "config/strategy_names.h"
+#include "devices/errors.h"
+#include "tools/anytime.h"
+#include "tools/commands/commands.h"
+#include "tools/hindsight.h"
+#include "tools/session_files.h"
+
+namespace palpate {
+
+ExitCode run(const BenchCommand& command, std::ostream& out) {
+    std::vector<Strategy> strategies;
+    for (const std::string& name : command.strategies) strategies.push_back(parse_strategy(name));
+    // All that can fail without a run fails before the first.
+    const std::filesystem::path csv = command.output.string() + ".csv";
+    const std::filesystem::path other = command.output.string() + (command.anytime ? ".svg" : ".json");
+    if (command.anytime && command.configs.size() != 1) throw SetupError("bench --anytime draws one plot: give one configuration");
+    for (const auto& file : {csv, other}) {
+        if (!command.force && std::filesystem::exists(file)) {
+            throw OutputError(file.string() + ": exists; choose another name with -o, or give --force to replace it");
+        }
+    }
+    if (!std::filesystem::exists(csv)) {
+        write_file(csv, "");
+        std::filesystem::remove(csv);
+    }
+    std::vector<std::pair<SessionConfig, Scene>> scenes;
+    for (const auto& file : command.configs) {
+        SessionConfig config = read_config(file, command.overrides);
+        Scene scene = build_scene(config);
+        print_warnings(scene.object);
+        warn_of_false_reach(config, scene.object);
+        scenes.emplace_back(std::move(config), std::move(scene));
+    }
+
+    if (command.anytime) {
+        out << "method, probes, displacement (mm), Hausdorff distance (mm)\n";
+        const auto points =
+            measure_anytime(command.configs[0].stem().string(), scenes[0].first, scenes[0].second, strategies, [&](const AnytimePoint& p) {
+                out << p.method << ", " << p.probes << ", " << p.displacement << ", " << p.hausdorff << std::endl;
+            });
+        write_file(csv, anytime_csv(points));
+        write_file(other, anytime_svg(points));
+        return ExitCode::done;
+    }
+
+    std::vector<BenchRow> rows;
+    bool incomplete = false;
+    for (std::size_t k = 0; k < scenes.size(); ++k) {
+        auto& [config, scene] = scenes[k];
+        for (const Strategy& strategy : strategies) {
+            config.probing.strategy = strategy;
+            rows.push_back({command.configs[k].stem().string(), strategy, config.probing.epsilon, simulate_with_progress(config, scene)});
+            warn_of_other_truth(rows.back().run);
+            incomplete |= rows.back().run.result.certificate.status == Certificate::Status::incomplete;
+        }
+    }
+    out << bench_table(rows);
+    write_file(csv, bench_csv(rows));
+    write_file(other, bench_json(rows));
+    return incomplete ? ExitCode::incomplete : ExitCode::done;
+}
+
+}  // namespace palpate

@@ -1,0 +1,16 @@
+// palpate picture: draws a session again.
+#include <ostream>
+
+#include "tools/commands/commands.h"
+#include "tools/results.h"
+#include "tools/session_files.h"
+
+namespace palpate {
+
+ExitCode run(const PictureCommand& command, std::ostream& out) {
+    draw_session_picture(command.folder, command.up);
+    out << "written to     " << (command.folder / kPictureFile).string() << '\n';
+    return ExitCode::done;
+}
+
+}  // namespace palpate

@@ -1,0 +1,186 @@
+// palpate vm: a virtual machine for any program that drives one.
+#include <spdlog/spdlog.h>
+
+#include <charconv>
+#include <csignal>
+#include <functional>
+#include <memory>
+#include <nlohmann/json.hpp>
+#include <ostream>
+
+#include "config/reader.h"
+#include "devices/errors.h"
+#include "sim/machines/grbl/grbl_host.h"
+#include "sim/machines/modbus/virtual_modbus.h"
+#include "tools/commands/commands.h"
+#include "tools/session_files.h"
+#include "tools/simulation.h"
+#include "tools/stop_signals.h"
+
+namespace palpate {
+namespace {
+
+using Json = nlohmann::ordered_json;
+
+// So often it is asked whether it should end.
+constexpr std::chrono::milliseconds kPoll{50};
+// So long a hand presses the probe.
+constexpr std::chrono::seconds kHand{1};
+// "fast" of a Modbus controller: its axes run that much faster than the clock by which its heartbeat is watched.
+constexpr double kSpeedup = 200.0;
+// mm: the machine reaches a little farther than the session may go.
+constexpr double kBeyondLimits = 1.0;
+
+// The axes of the machine that the configuration describes, with the tool waiting above the workspace.
+VirtualToolOptions tool_options(const SessionConfig& config, const Region& workspace) {
+    const MachineConfig& machine = *config.machine;
+    VirtualToolOptions options;
+    options.motion = machine.motion;
+    options.origin = machine.origin;
+    const Vector beyond = Vector::Constant(kBeyondLimits);
+    // Like a controller that homes to the upper ends of its axes and calls them 0.
+    options.limits = {machine.limits.min + machine.origin - beyond, (machine.limits.max + machine.origin + beyond).cwiseMax(0.0)};
+    options.probe_feed_mm_per_s = machine.motion.feeds.probe_mm_per_s;
+    options.start = workspace.center() + machine.origin;
+    options.start.z() = machine.limits.max.z() + machine.origin.z();
+    return options;
+}
+
+Json audit_of(const VirtualToolAudit& audit) {
+    return {{"moves", audit.moves},
+            {"unguarded_moves", audit.unguarded_moves},
+            {"outside_limits", audit.outside_limits},
+            {"unsafe_moves", audit.unsafe_moves},
+            {"fast_moves_inside", audit.fast_moves_inside},
+            {"deepest_mm", audit.deepest_mm},
+            {"deepest_end_mm", audit.deepest_end_mm},
+            {"distance_mm", audit.distance_mm}};
+}
+
+void report(const VmCommand& command, const VirtualToolAudit& audit, std::ostream& out) {
+    const std::string text = audit_of(audit).dump(2) + '\n';
+    if (command.audit.empty()) {
+        out << text;
+    } else {
+        write_file(command.audit, text);
+    }
+}
+
+// SIGUSR1 is the hand that presses the probe.
+volatile std::sig_atomic_t is_hand_wanted = 0;
+void want_hand(int /*signal*/) { is_hand_wanted = 1; }
+
+// Until the end is asked for; `press` holds the probe closed, or lets go of it.
+void wait(const StopSignals& signals, const std::function<void(bool)>& press) {
+    struct sigaction action {};
+    action.sa_handler = want_hand;
+    ::sigaction(SIGUSR1, &action, nullptr);
+    std::optional<std::chrono::steady_clock::time_point> release;
+    while (!signals.token().stop_requested()) {
+        if (is_hand_wanted != 0) {
+            is_hand_wanted = 0;
+            press(true);
+            release = std::chrono::steady_clock::now() + kHand;
+        }
+        if (release && std::chrono::steady_clock::now() >= *release) {
+            press(false);
+            release.reset();
+        }
+        std::this_thread::sleep_for(kPoll);
+    }
+}
+
+int port_of(const std::string& where) {
+    const std::size_t colon = where.rfind(':');
+    const std::string host = colon == std::string::npos ? "" : where.substr(0, colon);
+    if (host != "127.0.0.1" && host != "localhost") {
+        throw SetupError("--modbus: " + where + ": a virtual machine is for this computer alone; allowed: 127.0.0.1:PORT");
+    }
+    const std::string digits = where.substr(colon + 1);
+    int port = 0;
+    const auto [end, error] = std::from_chars(digits.data(), digits.data() + digits.size(), port);
+    if (error != std::errc{} || end != digits.data() + digits.size() || port < 0 || port > 65535) {
+        throw SetupError("--modbus: " + where + " is no HOST:PORT");
+    }
+    return port;
+}
+
+void run_grbl(const VmCommand& command, const HiddenObject& object, const VirtualToolOptions& axes, const StopSignals& signals,
+              std::ostream& out) {
+    VirtualTool tool(object, axes);
+    VirtualGrblOptions options;
+    options.dialect = command.dialect == "grblhal" ? GrblDialect::grblhal : GrblDialect::grbl;
+    options.locked = command.locked;
+    options.soft_limits = true;
+    options.homed_position = axes.start;
+    options.spurious_rate = command.spurious;
+    options.bounce_rate = command.bounce;
+    options.miss_rate = command.miss;
+    options.seed = command.seed;
+    VirtualGrbl grbl(tool, options);
+    {
+        GrblHost host(grbl, {command.grbl, command.fast ? GrblHostOptions::Time::fast : GrblHostOptions::Time::real, false});
+        out << "virtual " << command.dialect << " on " << command.grbl.string() << " -> " << host.client_path() << "; Ctrl-C ends it"
+            << std::endl;
+        wait(signals, [&](bool pressed) { host.with([&](VirtualGrbl&) { tool.press(pressed); }); });
+    }
+    report(command, tool.audit(), out);
+}
+
+std::unique_ptr<VirtualModbus> start_modbus(const HiddenObject& object, const VirtualModbusOptions& options,
+                                            const std::variant<VirtualModbusTcp, VirtualModbusSerial>& where, int unit) {
+    try {
+        return std::make_unique<VirtualModbus>(object, options, where, unit);
+    } catch (const std::system_error& error) {
+        throw SetupError(std::string(error.what()) + ": give another port, or end what uses it");
+    }
+}
+
+void run_modbus(const VmCommand& command, const HiddenObject& object, const VirtualToolOptions& axes, int unit, const StopSignals& signals,
+                std::ostream& out) {
+    if (command.spurious > 0 || command.bounce > 0 || command.miss > 0 || command.dialect != "grbl") {
+        throw SetupError("--spurious, --bounce, --miss and --dialect are of the virtual GRBL controller: leave them out, or give --grbl");
+    }
+    VirtualModbusOptions options;
+    options.tool = axes;
+    options.homed = !command.locked;
+    options.speedup = command.fast ? kSpeedup : 1.0;
+    std::variant<VirtualModbusTcp, VirtualModbusSerial> where = VirtualModbusSerial{command.modbus_rtu};
+    if (!command.modbus.empty()) where = VirtualModbusTcp{port_of(command.modbus)};
+    const std::unique_ptr<VirtualModbus> machine = start_modbus(object, options, where, unit);
+    VirtualModbus& modbus = *machine;
+    const ModbusLinkOptions link = modbus.link();
+    out << "virtual Modbus controller, unit " << link.unit << ", ";
+    if (const auto* tcp = std::get_if<ModbusTcp>(&link.where)) out << "on " << tcp->host << ':' << tcp->port;
+    if (const auto* rtu = std::get_if<ModbusRtu>(&link.where)) out << "on " << command.modbus_rtu.string() << " -> " << rtu->path;
+    out << "; Ctrl-C ends it" << std::endl;
+    wait(signals,
+         [&](bool pressed) { modbus.with_controller([&](VirtualModbusController& controller) { controller.tool().press(pressed); }); });
+    report(command, modbus.with_controller([](const VirtualModbusController& controller) { return controller.tool().audit(); }), out);
+}
+
+}  // namespace
+
+ExitCode run(const VmCommand& command, std::ostream& out) {
+    const StopSignals signals;
+    const SessionConfig config = read_config(command.config, command.overrides);
+    if (!config.machine) throw SetupError("machine: missing; a virtual machine needs to know how it moves");
+    const int kinds = (command.grbl.empty() ? 0 : 1) + (command.modbus.empty() ? 0 : 1) + (command.modbus_rtu.empty() ? 0 : 1);
+    if (kinds != 1) throw SetupError("give one of --grbl LINK, --modbus HOST:PORT, --modbus-rtu LINK");
+    const auto is_share = [](double x) { return x >= 0 && x <= 1; };
+    if (!is_share(command.spurious) || !is_share(command.bounce) || !is_share(command.miss)) {
+        throw SetupError("--spurious, --bounce, --miss: allowed: from 0 to 1");
+    }
+    if (!command.audit.empty()) write_file(command.audit, "");  // what cannot be written is found out now
+    const Scene scene = build_scene(config);
+    const VirtualToolOptions axes = tool_options(config, scene.workspace);
+    if (command.grbl.empty()) {
+        const auto* modbus = std::get_if<ModbusSpec>(&config.machine->connection);
+        run_modbus(command, scene.object, axes, modbus != nullptr ? modbus->link.unit : 1, signals, out);
+    } else {
+        run_grbl(command, scene.object, axes, signals, out);
+    }
+    return ExitCode::done;
+}
+
+}  // namespace palpate

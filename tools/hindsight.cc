@@ -1,0 +1,49 @@
+#include "tools/hindsight.h"
+
+#include <spdlog/spdlog.h>
+
+#include <sstream>
+
+#include "tools/results.h"
+
+namespace palpate {
+namespace {
+
+// A reach written with a few digits less than the true one has is not a false one.
+constexpr double kRounding = 1e-6;
+
+}  // namespace
+
+void print_warnings(const HiddenObject& object) {
+    for (const std::string& warning : object.warnings()) spdlog::warn("{}", warning);
+}
+
+void warn_of_false_reach(const SessionConfig& config, const HiddenObject& object) {
+    if (config.probing.reach && object.reach() && *config.probing.reach > *object.reach() * (1 + kRounding)) {
+        spdlog::warn("probing.reach = {} mm is more than the object's true reach, {} mm: what the certificate rests on is false",
+                     *config.probing.reach, *object.reach());
+    }
+}
+
+void warn_of_other_truth(const Simulation& run) {
+    const Topology& found = run.result.topology;
+    if (found.euler_characteristic != run.truth.euler_characteristic || static_cast<int>(found.components) != run.truth.components) {
+        spdlog::warn(
+            "the mesh has {} component(s) and Euler characteristic {}, the hidden object {} and {}: make epsilon smaller, or give seed "
+            "rays",
+            found.components, found.euler_characteristic, run.truth.components, run.truth.euler_characteristic);
+    }
+}
+
+std::string describe_truth(const Simulation& run) {
+    std::ostringstream text;
+    text << "Euler characteristic " << run.truth.euler_characteristic << ", " << run.truth.components
+         << " component(s), Hausdorff distance " << run.truth.hausdorff << " mm, " << run.unsafe_moves << " unsafe moves";
+    return text.str();
+}
+
+Simulation simulate_with_progress(const SessionConfig& config, const Scene& scene) {
+    return with_progress([&](const auto& on_progress) { return simulate(config, scene, on_progress); });
+}
+
+}  // namespace palpate
