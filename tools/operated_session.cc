@@ -43,7 +43,7 @@ ExitCode run_session(const std::filesystem::path& folder, const SessionConfig& c
         const std::string files = write_results(folder, run.result, to_json(run, config.probing.epsilon), picture);
         print_result(run.result, config.probing.epsilon, "", out);
         out << "written to     " << folder.string() << ": config.yaml, journal.jsonl, " << files << '\n';
-        return run.result.certificate.status == Certificate::Status::incomplete ? ExitCode::incomplete : ExitCode::done;
+        return exit_code_of(run.result);
     } catch (const NotFinished&) {
         throw SetupError(folder.string() + ": this session is not finished; resume it without --replay");
     } catch (const DeviceError&) {

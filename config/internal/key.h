@@ -50,6 +50,13 @@ struct Length {
     bool is_recursive = false;  // its mappings are documented where they are declared
 };
 
+// An archive that reads nothing has nothing to refuse: what all others than the reader answer to what is for it alone.
+struct ReadsNothing {
+    static bool has(std::string_view /*key*/) { return false; }
+    static void require_one_alternative() {}
+    static void require(bool /*condition*/, std::string_view /*key*/, std::string_view /*what_and_allowed*/) {}
+};
+
 // A mapping whose keys are those of `value`.
 template <class Archive, class Value>
 void mapping(Archive& keys, const Key& key, Value& value) {

@@ -14,7 +14,7 @@
 
 namespace palpate::yaml {
 
-class KeyTable {
+class KeyTable : public ReadsNothing {
 public:
     using Body = std::function<void(KeyTable&)>;
     using ElementBody = std::function<void(KeyTable&, std::size_t)>;
@@ -31,10 +31,6 @@ public:
     std::optional<std::size_t> word_or_mapping(const Key& key, std::span<const std::string_view> words, std::optional<std::size_t> held,
                                                const Body& body);
     void list(const Key& key, const Length& length, std::size_t held, const ElementBody& body);
-
-    static bool has(std::string_view /*key*/) { return false; }
-    static void require_one_alternative() {}
-    static void require(bool /*condition*/, std::string_view /*key*/, const std::string& /*what_and_allowed*/) {}
 
 private:
     void add(const Key& key, const std::string& type, const std::string& default_value, const std::string& range);

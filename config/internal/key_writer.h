@@ -13,7 +13,7 @@
 
 namespace palpate::yaml {
 
-class KeyWriter {
+class KeyWriter : public ReadsNothing {
 public:
     using Body = std::function<void(KeyWriter&)>;
     using ElementBody = std::function<void(KeyWriter&, std::size_t)>;
@@ -27,10 +27,6 @@ public:
     std::optional<std::size_t> word_or_mapping(const Key& key, std::span<const std::string_view> words, std::optional<std::size_t> held,
                                                const Body& body);
     void list(const Key& key, const Length& length, std::size_t held, const ElementBody& body);
-
-    static bool has(std::string_view /*key*/) { return false; }
-    static void require_one_alternative() {}
-    static void require(bool /*condition*/, std::string_view /*key*/, const std::string& /*what_and_allowed*/) {}
 
     [[nodiscard]] const std::vector<std::string>& lines() const { return lines_; }
 

@@ -40,7 +40,7 @@ struct Meter {
 //
 // Time: every move from rest to rest at the feed of its pace. One that ends at a touch runs on by the stopping distance, in which the
 // latency is, and goes back from there to where the tool rests, at the probing feed. A device that rests on the touched point stands for a
-// machine that does not: it is given the retract of `kinematics`, there and back.
+// machine that does not: it is given the retract of `motion`, there and back.
 class MeteredDevice final : public ProbeDevice {
 public:
     // `device` must outlive this.

@@ -81,7 +81,7 @@ public:
     ModbusDevice& operator=(ModbusDevice&&) = delete;
 
     [[nodiscard]] Point position() const override { return position_; }
-    // After a contact the tool is back by kinematics.retract_mm, or at the start of the move if that is nearer, with the probe open.
+    // After a contact the tool is back by motion.retract_mm, or at the start of the move if that is nearer, with the probe open.
     // Throws, and is `idle` then: OutOfLimits, ProbeClosed (before the move), Stopped, BadAnswer, DeviceRefused, DeviceTimeout. What of
     // these comes in mid-move first stops the tool and backs off along the way that it came, until the probe is open. If that fails too,
     // and on ProbeClosed after a touch, DeviceAlarm, PositionLost and ConnectionLost it is `fault`, `locked` or `lost`. So it is after a

@@ -425,19 +425,15 @@ void MaintainedDelaunay::drop_crossing(EdgeRecord& r) {
     r = {};
 }
 
-std::optional<Crossing> MaintainedDelaunay::grazed(DirectedEdge e, const Point& start) const {
+std::optional<Crossing> MaintainedDelaunay::take_back_graze(DirectedEdge e, const Point& start) {
     const DirectedEdge back = opposite(e);
     if (recorded_state(back) != EdgeState::crossing) return std::nullopt;
-    const Crossing& touched = crossing(back);
+    const Crossing touched = crossing(back);
     const bool is_at_start = (touched.near - start).norm() <= kSamePlace * surroundings_.region().radius();
     if (touch_error_ == 0 && is_at_start) return std::nullopt;
-    return touched;
-}
-
-void MaintainedDelaunay::take_back_graze(DirectedEdge e, const Point& start) {
-    if (!grazed(e, start)) return;
     ++grazes_;
-    drop_crossing(record(opposite(e)));
+    drop_crossing(record(back));
+    return touched;
 }
 
 void MaintainedDelaunay::learn_clear(DirectedEdge e, Anchor start, Anchor end) {

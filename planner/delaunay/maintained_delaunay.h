@@ -110,6 +110,14 @@ public:
     [[nodiscard]] std::span<const Point> samples() const { return samples_; }
     [[nodiscard]] std::size_t cell_slots() const { return cells_.size(); }
     [[nodiscard]] bool is_live(CellId cell) const { return cells_[cell].live; }
+    // visit(DirectedEdge) for all of them, by cell and facet. It may change what is known, but insert nothing.
+    template <typename Visit>
+    void for_each_edge(const Visit& visit) const {
+        for (CellId cell = 0; cell < cell_slots(); ++cell) {
+            if (!is_live(cell)) continue;
+            for (int i = 0; i < 4; ++i) visit(DirectedEdge{cell, i});
+        }
+    }
     // The sample at a vertex of a cell; nothing for the vertex at infinity.
     [[nodiscard]] std::optional<std::uint32_t> sample_of(CellId cell, int vertex) const;
     [[nodiscard]] CellId neighbor(DirectedEdge e) const { return handle(e.cell)->neighbor(e.facet)->info(); }
@@ -196,11 +204,9 @@ public:
     }
     // Where the vertex of a split, and all that is seen from it, is anchored: exactly there.
     void place(const Split& split, Anchor anchor, const Point& at);
-    // What a clear edge that is passed from there takes back: the touch from its other end, which S then only grazes; but not an exact
-    // touch at the start itself, where S passes through.
-    [[nodiscard]] std::optional<Crossing> grazed(DirectedEdge e, const Point& start) const;
-    // What that probe grazed is taken back: the later answer holds.
-    void take_back_graze(DirectedEdge e, const Point& start);
+    // The edge was passed from there. Takes back, and returns, the touch from its other end, which S then only grazes: the later answer
+    // holds. Not so an exact touch at the start itself, where S passes through.
+    std::optional<Crossing> take_back_graze(DirectedEdge e, const Point& start);
     // The whole edge turned out free, between those anchors; its far end is free.
     void learn_clear(DirectedEdge e, Anchor start, Anchor end);
     // A probe of the edge had no answer, or one that nothing can be made of.

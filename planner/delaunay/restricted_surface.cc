@@ -32,26 +32,22 @@ std::vector<std::uint32_t> RestrictedSurface::unused_samples(std::size_t sample_
 RestrictedSurface extract_surface(const MaintainedDelaunay& state) {
     RestrictedSurface surface;
     std::vector<bool> used(state.sample_count());
-    for (CellId cell = 0; cell < state.cell_slots(); ++cell) {
-        if (!state.is_live(cell)) continue;
-        for (int i = 0; i < 4; ++i) {
-            const DirectedEdge e{cell, i};
-            if (state.recorded_state(e) != EdgeState::crossing) continue;
-            if (state.is_double(e)) continue;
-            const DirectedEdge back = state.opposite(e);
-            const double radius = state.crossing(e).ball_radius;
-            if (state.recorded_state(back) == EdgeState::crossing) {
-                const double other = state.crossing(back).ball_radius;
-                // The same touch for both directions: S passes through one end, and the other end is the free side.
-                const auto rank = [&](DirectedEdge edge) { return std::pair(-approach_length(state.crossing(edge)), edge.cell); };
-                if (other < radius || (other == radius && rank(back) < rank(e))) continue;
-            }
-            surface.mesh.triangles.push_back(state.facet_samples(e));
-            for (const std::uint32_t sample : surface.mesh.triangles.back()) used[sample] = true;
-            surface.dual_edges.push_back(e);
-            surface.ball_radii.push_back(radius);
+    state.for_each_edge([&](DirectedEdge e) {
+        if (state.recorded_state(e) != EdgeState::crossing) return;
+        if (state.is_double(e)) return;
+        const DirectedEdge back = state.opposite(e);
+        const double radius = state.crossing(e).ball_radius;
+        if (state.recorded_state(back) == EdgeState::crossing) {
+            const double other = state.crossing(back).ball_radius;
+            // The same touch for both directions: S passes through one end, and the other end is the free side.
+            const auto rank = [&](DirectedEdge edge) { return std::pair(-approach_length(state.crossing(edge)), edge.cell); };
+            if (other < radius || (other == radius && rank(back) < rank(e))) return;
         }
-    }
+        surface.mesh.triangles.push_back(state.facet_samples(e));
+        for (const std::uint32_t sample : surface.mesh.triangles.back()) used[sample] = true;
+        surface.dual_edges.push_back(e);
+        surface.ball_radii.push_back(radius);
+    });
     std::vector<std::uint32_t> point_of(used.size());
     for (std::uint32_t sample = 0; sample < used.size(); ++sample) {
         if (!used[sample]) continue;

@@ -103,17 +103,13 @@ void AdvancingFront::reconsider(DirectedEdge e) {
 }
 
 void AdvancingFront::sweep() {
-    for (CellId cell = 0; cell < state_.cell_slots(); ++cell) {
-        if (!state_.is_live(cell)) continue;
-        for (int i = 0; i < 4; ++i) {
-            const DirectedEdge e{cell, i};
-            if (state_.recorded_state(e) == EdgeState::crossing) {
-                note_edges(e);
-            } else if (cell < state_.neighbor(e) && state_.is_finite(e)) {
-                infer(e);
-            }
+    state_.for_each_edge([&](DirectedEdge e) {
+        if (state_.recorded_state(e) == EdgeState::crossing) {
+            note_edges(e);
+        } else if (e.cell < state_.neighbor(e) && state_.is_finite(e)) {
+            infer(e);
         }
-    }
+    });
 }
 
 void AdvancingFront::note_audit(DirectedEdge e) {

@@ -18,8 +18,8 @@ constexpr double kLongestHop = 6.0;
 constexpr const char* kTooClose = "ProbingLoop: a sample would break the packing bound that termination rests on";
 
 // Balls of half the spacing around samples are disjoint and lie in ω, grown by half the spacing.
-std::size_t packing_bound(const Surroundings& surroundings, double spacing) {
-    const double bound = std::pow((surroundings.region().radius() + spacing / 2) / (spacing / 2), 3);
+std::size_t packing_bound(const Region& region, double spacing) {
+    const double bound = std::pow((region.radius() + spacing / 2) / (spacing / 2), 3);
     constexpr double kBeyondAnyRun = 1e18;  // fits a size_t, with room for the seeds
     return static_cast<std::size_t>(std::min(bound, kBeyondAnyRun)) + 1;
 }
@@ -34,8 +34,7 @@ std::optional<ProbeWatch> watch_for(const Options& options, const OracleTraits& 
 }  // namespace
 
 ProbingLoop::ProbingLoop(SurfaceOracle& oracle, const Surroundings& surroundings, const Options& options, const Observer& observer)
-    : surroundings_(surroundings),
-      options_(options),
+    : options_(options),
       traits_(oracle.traits()),
       observer_(observer),
       criteria_(options),
@@ -63,7 +62,7 @@ void ProbingLoop::probe_all() {
     const std::vector<SeedFacet> seeds = touch_seeds(options_, space_, head_);
     for (const SeedFacet& seed : seeds) faceted_.insert(seed.samples.begin(), seed.samples.end());
     // Seeds are exempt from the spacing; there are few of them.
-    max_samples_ = state_.sample_count() + packing_bound(surroundings_, criteria_.least_spacing());
+    max_samples_ = state_.sample_count() + packing_bound(state_.surroundings().region(), criteria_.least_spacing());
     if (options_.strategy.infer == Strategy::Infer::adaptive || (options_.strategy.infer == Strategy::Infer::reach && options_.reach))
         growth_.emplace(space_, head_, options_, traits_, criteria_, observer_, effort_);
     walk_.sweep();
@@ -123,11 +122,10 @@ void ProbingLoop::probe(DirectedEdge e) {
         if (const auto inferred = state_.inferred(e)) growth_->withdraw(*inferred, Point(state_.crossing(*inferred).far));
         const CellId far_cell = state_.neighbor(e);
         const bool was_free = state_.is_free(far_cell);
-        const std::optional<Crossing> graze = space_.grazed(e, start);
-        space_.learn_clear(e, start, head_.at());
+        const std::optional<Crossing> graze = space_.learn_clear(e, start, head_.at());
         if (was_in_surface && !state_.in_surface(e)) note_lost(facet, e);
         if (!was_free) walk_.note_free(far_cell);
-        if (graze && traits_.touch_error == 0) expect_graze(head_, *graze, surroundings_.region().radius());
+        if (graze && traits_.touch_error == 0) expect_graze(head_, *graze, state_.surroundings().region().radius());
     }
     report();
 }

@@ -69,7 +69,6 @@ private:
     bool refine(const SurfaceBall& ball, Touch::Role role, double spacing);
     void report();
 
-    const Surroundings surroundings_;
     const Options& options_;
     const OracleTraits traits_;
     const Observer& observer_;

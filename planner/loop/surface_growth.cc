@@ -227,13 +227,9 @@ void SurfaceGrowth::lower(std::uint32_t sample, double share) {
 
 void SurfaceGrowth::lower_all(const Refutation& found) {
     note_evidence(found);
-    for (CellId cell = 0; cell < state_.cell_slots(); ++cell) {
-        if (!state_.is_live(cell)) continue;
-        for (int i = 0; i < 4; ++i) {
-            const DirectedEdge e{cell, i};
-            if (state_.recorded_state(e) == EdgeState::crossing && state_.crossing(e).inferred) state_.withdraw(e);
-        }
-    }
+    state_.for_each_edge([&](DirectedEdge e) {
+        if (state_.recorded_state(e) == EdgeState::crossing && state_.crossing(e).inferred) state_.withdraw(e);
+    });
     travel_.forget_all();
     inference_.lower(std::min(found.share, kLowered));
     front_.sweep();

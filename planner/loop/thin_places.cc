@@ -92,13 +92,9 @@ ThinPlace assess(const MaintainedDelaunay& state, const Used& used, const std::v
 
 std::vector<DirectedEdge> doubly_crossed(const MaintainedDelaunay& state) {
     std::vector<DirectedEdge> edges;
-    for (CellId cell = 0; cell < state.cell_slots(); ++cell) {
-        if (!state.is_live(cell)) continue;
-        for (int i = 0; i < 4; ++i) {
-            const DirectedEdge e{cell, i};
-            if (state.is_double(e) && cell < state.neighbor(e)) edges.push_back(e);
-        }
-    }
+    state.for_each_edge([&](DirectedEdge e) {
+        if (state.is_double(e) && e.cell < state.neighbor(e)) edges.push_back(e);
+    });
     return edges;
 }
 

@@ -27,15 +27,19 @@ Destination ProbedSpace::end_of(DirectedEdge e, const EdgeSpan& along) const {
     return {roadmap_.at(node), node};
 }
 
-void ProbedSpace::learn_clear(DirectedEdge e, NodeId start, NodeId end) {
-    delaunay_.take_back_graze(e, roadmap_.at(start));
+std::optional<Crossing> ProbedSpace::learn_clear(DirectedEdge e, NodeId start, NodeId end) {
+    const std::optional<Crossing> graze = delaunay_.take_back_graze(e, roadmap_.at(start));
     const DirectedEdge back = delaunay_.opposite(e);
     if (!delaunay_.is_free(back.cell)) delaunay_.free(back.cell, end);
-    if (delaunay_.recorded_state(back) != EdgeState::crossing) return delaunay_.learn_clear(e, start, end);
+    if (delaunay_.recorded_state(back) != EdgeState::crossing) {
+        delaunay_.learn_clear(e, start, end);
+        return graze;
+    }
     // S passes through the Voronoi vertex itself: the touch holds for both directions.
     const Crossing touched = delaunay_.crossing(back);
     roadmap_.connect(start, touched.near_anchor);
     learn_contact(e, start, touched.near_anchor, touched.touch);
+    return graze;
 }
 
 void ProbedSpace::learn_contact(DirectedEdge e, NodeId from, NodeId contact, std::uint32_t touch, bool from_vertex) {

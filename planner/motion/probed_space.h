@@ -27,10 +27,10 @@ public:
     NodeId start_of(DirectedEdge e, const EdgeSpan& along);
     // Where such a probe aims: the far end, exactly where the tool has been if it has.
     [[nodiscard]] Destination end_of(DirectedEdge e, const EdgeSpan& along) const;
-    [[nodiscard]] std::optional<Crossing> grazed(DirectedEdge e, NodeId start) const { return delaunay_.grazed(e, roadmap_.at(start)); }
 
-    // A probe of the whole edge from `start`, a node as start_of() gives it, arrived at `end`, a node that end_of() leads to.
-    void learn_clear(DirectedEdge e, NodeId start, NodeId end);
+    // A probe of the whole edge from `start`, a node as start_of() gives it, arrived at `end`, a node that end_of() leads to. Returns the
+    // touch that this takes back, if S was only grazed there.
+    std::optional<Crossing> learn_clear(DirectedEdge e, NodeId start, NodeId end);
     // S was touched on the edge at node `contact`, coming from node `from` of the edge: its start, or (not from_vertex) a point q within.
     // `touch` numbers the touch for the caller.
     void learn_contact(DirectedEdge e, NodeId from, NodeId contact, std::uint32_t touch, bool from_vertex = true);

@@ -57,7 +57,7 @@ ExitCode run(const BenchCommand& command, std::ostream& out) {
             config.probing.strategy = strategy;
             rows.push_back({command.configs[k].stem().string(), strategy, config.probing.epsilon, simulate_with_progress(config, scene)});
             warn_of_other_truth(rows.back().run);
-            incomplete |= rows.back().run.result.certificate.status == Certificate::Status::incomplete;
+            incomplete |= exit_code_of(rows.back().run.result) == ExitCode::incomplete;
         }
     }
     out << bench_table(rows);

@@ -11,6 +11,8 @@
 
 namespace palpate {
 
+struct Result;
+
 // Stable, for scripts.
 enum class ExitCode : int {
     done = 0,        // certified, or certified as far as assumed
@@ -93,6 +95,8 @@ ExitCode run(const TouchCommand& command, std::ostream& out);
 ExitCode run(const PortsCommand& command, std::ostream& out);
 ExitCode run(const VmCommand& command, std::ostream& out);
 
+// Of a run that came to its end.
+[[nodiscard]] ExitCode exit_code_of(const Result& result);
 // Says on standard error what the exception in flight means, in one message, and gives the exit code for it. REQUIRES:
 // called in a catch block.
 ExitCode explain_current_exception();

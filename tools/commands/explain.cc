@@ -4,11 +4,16 @@
 #include "devices/errors.h"
 #include "devices/session/journaling_device.h"
 #include "planner/errors.h"
+#include "planner/probe_surface.h"
 #include "sim/objects/errors.h"
 #include "tools/commands/commands.h"
 #include "tools/session_files.h"
 
 namespace palpate {
+
+ExitCode exit_code_of(const Result& result) {
+    return result.certificate.status == Certificate::Status::incomplete ? ExitCode::incomplete : ExitCode::done;
+}
 
 ExitCode explain_current_exception() {
     const auto say = [](const std::exception& error, ExitCode code) {

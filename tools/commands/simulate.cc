@@ -23,7 +23,7 @@ ExitCode run(const SimulateCommand& command, std::ostream& out) {
     const std::string files = write_results(command.folder, run.result, to_json(run, config.probing.epsilon), command.picture);
     print_result(run.result, config.probing.epsilon, describe_truth(run), out);
     out << "written to     " << command.folder.string() << ": config.yaml, " << files << '\n';
-    return run.result.certificate.status == Certificate::Status::incomplete ? ExitCode::incomplete : ExitCode::done;
+    return exit_code_of(run.result);
 }
 
 }  // namespace palpate

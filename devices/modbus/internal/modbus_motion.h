@@ -38,7 +38,7 @@ struct MotionEnd {
 
 class ModbusMotion {
 public:
-    // `client`, `kinematics` and `clock` must outlive it. A move may take `patience` longer than twice what it should.
+    // `client`, `motion` and `clock` must outlive it. A move may take `patience` longer than twice what it should.
     ModbusMotion(ModbusClient& client, const MotionModel& motion, Clock& clock, Seconds patience)
         : client_(client), motion_(motion), clock_(clock), patience_(patience) {}
 

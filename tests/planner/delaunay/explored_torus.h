@@ -1,10 +1,11 @@
 // A triangulation of samples of a torus or sphere, with every edge that can be reached probed on the surface in closed form.
 #pragma once
 
-#include <optional>
+#include <algorithm>
 #include <vector>
 
 #include "planner/motion/probed_space.h"
+#include "tests/planner/delaunay/probe_edge.h"
 #include "tests/planner/torus.h"
 
 namespace palpate {
@@ -16,7 +17,7 @@ public:
         state().initialise(samples);
         for (bool asked = true; asked;) {
             asked = false;
-            for_each_edge([&](DirectedEdge e) {
+            state().for_each_edge([&](DirectedEdge e) {
                 if (!state().is_reachable(e) || state().state(e) != EdgeState::unknown) return;
                 probe(e);
                 asked = true;
@@ -26,15 +27,6 @@ public:
 
     [[nodiscard]] MaintainedDelaunay& state() { return space_.delaunay(); }
     [[nodiscard]] const Torus& torus() const { return torus_; }
-
-    template <typename Visit>
-    void for_each_edge(const Visit& visit) {
-        for (CellId cell = 0; cell < state().cell_slots(); ++cell) {
-            for (int i = 0; i < 4; ++i) {
-                if (state().is_live(cell)) visit(DirectedEdge{cell, i});
-            }
-        }
-    }
 
     // Samples that are at least so far apart (mm), as many as there is room for.
     [[nodiscard]] static std::vector<Point> spread(const Torus& torus, double spacing, Random& random) {
@@ -50,15 +42,8 @@ public:
 
 private:
     void probe(DirectedEdge e) {
-        const EdgeSpan along = *state().span(e);
-        const NodeId start = space_.start_of(e, along);
-        const Destination end = space_.end_of(e, along);
-        Roadmap& roadmap = space_.roadmap();
-        if (const auto hit = torus_.first_hit(roadmap.at(start), end.position)) {
-            space_.learn_contact(e, start, roadmap.add(start, *hit), touches_++);
-        } else {
-            space_.learn_clear(e, start, roadmap.add(start, end));
-        }
+        (void)probe_edge(
+            space_, e, [this](const Point& from, const Point& to) { return torus_.first_hit(from, to); }, touches_);
     }
 
     const Torus torus_;

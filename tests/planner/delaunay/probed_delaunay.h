@@ -14,6 +14,7 @@
 #include <vector>
 
 #include "planner/motion/probed_space.h"
+#include "tests/planner/delaunay/probe_edge.h"
 #include "tests/planner/support.h"
 
 namespace palpate {
@@ -32,17 +33,10 @@ public:
     [[nodiscard]] ProbedSpace& space() { return space_; }
     [[nodiscard]] double tolerance() const { return kTolerance * workspace_.radius(); }
 
-    template <typename Visit>
-    void for_each_edge(const Visit& visit) {
-        for (CellId cell = 0; cell < state_.cell_slots(); ++cell) {
-            if (!state_.is_live(cell)) continue;
-            for (int i = 0; i < 4; ++i) visit(DirectedEdge{cell, i});
-        }
-    }
     template <typename Holds>
     [[nodiscard]] std::vector<DirectedEdge> edges_where(const Holds& holds) {
         std::vector<DirectedEdge> edges;
-        for_each_edge([&](DirectedEdge e) {
+        state_.for_each_edge([&](DirectedEdge e) {
             if (holds(e)) edges.push_back(e);
         });
         return edges;
@@ -56,19 +50,8 @@ public:
 
     // As the planner does. REQUIRES: reachable and unknown. Returns whether S was touched.
     bool probe(DirectedEdge e) {
-        const std::optional<EdgeSpan> along = state_.span(e);
-        const NodeId start = space_.start_of(e, *along);
-        const Destination end = space_.end_of(e, *along);
-        Roadmap& roadmap = space_.roadmap();
-        if (const auto hit = solid_.first_hit(roadmap.at(start), end.position)) {
-            space_.learn_contact(e, start, roadmap.add(start, *hit), touches_++);
-            return true;
-        }
-        // The tool stops at the target, exactly, and that node is where the planner takes it to be.
-        const NodeId arrived = roadmap.add(start, end);
-        EXPECT_EQ(roadmap.at(arrived), end.position);
-        space_.learn_clear(e, start, arrived);
-        return false;
+        return probe_edge(
+            space_, e, [this](const Point& from, const Point& to) { return solid_.first_hit(from, to); }, touches_);
     }
 
     // Along the edge's whole line, from outside ω: what a seed facet's dual edge gets.
@@ -140,15 +123,10 @@ public:
     // The facets of Ŝ, each with its samples in order.
     [[nodiscard]] std::set<std::array<std::uint32_t, 3>> crossed_facets() const {
         std::set<std::array<std::uint32_t, 3>> facets;
-        for (CellId cell = 0; cell < state_.cell_slots(); ++cell) {
-            if (!state_.is_live(cell)) continue;
-            for (int i = 0; i < 4; ++i) {
-                if (state_.recorded_state({cell, i}) != EdgeState::crossing || state_.is_double({cell, i})) continue;
-                auto facet = state_.facet_samples({cell, i});
-                std::sort(facet.begin(), facet.end());
-                facets.insert(facet);
-            }
-        }
+        state_.for_each_edge([&](DirectedEdge e) {
+            if (state_.recorded_state(e) != EdgeState::crossing || state_.is_double(e)) return;
+            facets.insert(in_order(state_.facet_samples(e)));
+        });
         return facets;
     }
 

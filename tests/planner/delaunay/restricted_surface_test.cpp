@@ -94,7 +94,7 @@ void expect_defined_surface(ExploredTorus& explored, const RestrictedSurface& su
         for (const std::uint32_t v : {a, b, c}) ASSERT_EQ(surface.mesh.points[v], state.sample(surface.sample_of[v]));
     }
     const std::size_t before = counted.odd;
-    explored.for_each_edge([&](DirectedEdge e) {
+    explored.state().for_each_edge([&](DirectedEdge e) {
         if (testing::Test::HasFatalFailure() || !state.is_finite(e) || e.cell > state.neighbor(e)) return;
         const auto along = state.span(e);
         const std::vector<double> at = along ? torus.crossings(along->start_point(), along->end_point()) : std::vector<double>{};

@@ -138,13 +138,9 @@ public:
 
     template <typename Visit>
     void for_each_inferred(const Visit& visit) {
-        for (CellId cell = 0; cell < state().cell_slots(); ++cell) {
-            if (!state().is_live(cell)) continue;
-            for (int i = 0; i < 4; ++i) {
-                const DirectedEdge e{cell, i};
-                if (state().recorded_state(e) == EdgeState::crossing && state().crossing(e).inferred) visit(e);
-            }
-        }
+        state().for_each_edge([&](DirectedEdge e) {
+            if (state().recorded_state(e) == EdgeState::crossing && state().crossing(e).inferred) visit(e);
+        });
     }
 
     std::vector<Segment> inferred;  // all that was inferred so far: the gaps

@@ -12,17 +12,10 @@ namespace {
 constexpr std::uint64_t kSeed = 20240617;
 constexpr double kTolerance = 1e-9;
 
-double distance_to_segment(const Point& p, const Segment& s) {
-    const Vector along = s.target - s.source;
-    const double squared = along.squaredNorm();
-    const double share = squared > 0 ? std::clamp((p - s.source).dot(along) / squared, 0.0, 1.0) : 0;
-    return (s.source + share * along - p).norm();
-}
-
 // Everything the tool may travel on is outside ω or was probed before.
 void expect_known(const Segment& travel, const Region& workspace, const std::vector<Segment>& probed) {
     for (const Segment& s : probed) {
-        if (distance_to_segment(travel.source, s) <= kTolerance && distance_to_segment(travel.target, s) <= kTolerance) return;
+        if (distance_to(s, travel.source) <= kTolerance && distance_to(s, travel.target) <= kTolerance) return;
     }
     for (int k = 0; k <= 32; ++k) {
         const Point p = travel.source + k / 32.0 * (travel.target - travel.source);

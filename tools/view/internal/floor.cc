@@ -89,7 +89,7 @@ Colour Floor::paper(int px, int py) const {
     const float fx = static_cast<float>(px % kFloorStepPx) / kFloorStepPx;
     const float fy = static_cast<float>(py % kFloorStepPx) / kFloorStepPx;
     const auto at = [&](int dx, int dy) { return light_[place_in_grid(x + dx, y + dy, columns_)]; };
-    const float light = (1.0F - fy) * ((1.0F - fx) * at(0, 0) + fx * at(1, 0)) + fy * ((1.0F - fx) * at(0, 1) + fx * at(1, 1));
+    const float light = bilinear(fx, fy, at(0, 0), at(1, 0), at(0, 1), at(1, 1));
     if (light >= 1.0F) return kPaper;
     // The picture's border cuts no shadow: it fades before.
     const auto fade = [](int place, int size) {

@@ -86,8 +86,7 @@ Colour IrradianceCache::at(int px, int py) const {
     if (px == x && py == y) return record(x, y).light;
     const float fx = static_cast<float>(px - x) / static_cast<float>(size);
     const float fy = static_cast<float>(py - y) / static_cast<float>(size);
-    return (1.0F - fy) * ((1.0F - fx) * record(x, y).light + fx * record(x + size, y).light) +
-           fy * ((1.0F - fx) * record(x, y + size).light + fx * record(x + size, y + size).light);
+    return bilinear(fx, fy, record(x, y).light, record(x + size, y).light, record(x, y + size).light, record(x + size, y + size).light);
 }
 
 }  // namespace palpate

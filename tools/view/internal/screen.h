@@ -22,4 +22,11 @@ inline constexpr float kNowhere = -std::numeric_limits<float>::infinity();  // t
     return static_cast<std::size_t>(row) * static_cast<std::size_t>(columns) + static_cast<std::size_t>(column);
 }
 
+// Between four places of a grid, at `fx` of the way to the right and `fy` downwards.
+template <class Value>
+[[nodiscard]] Value bilinear(float fx, float fy, const Value& upper_left, const Value& upper_right, const Value& lower_left,
+                             const Value& lower_right) {
+    return (1.0F - fy) * ((1.0F - fx) * upper_left + fx * upper_right) + fy * ((1.0F - fx) * lower_left + fx * lower_right);
+}
+
 }  // namespace palpate

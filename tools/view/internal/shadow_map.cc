@@ -44,8 +44,7 @@ float ShadowMap::lit(const Point& p, const Vector& n) const {
     const auto threshold = static_cast<float>(s.nearness + 1.0 / texels_per_mm_);
     const float* at = &nearest_[place_in_grid(column, row, texels_)];
     const auto open = [threshold](float nearest) { return nearest <= threshold ? 1.0F : 0.0F; };
-    return (1.0F - fy) * ((1.0F - fx) * open(at[0]) + fx * open(at[1])) +
-           fy * ((1.0F - fx) * open(at[texels_]) + fx * open(at[texels_ + 1]));
+    return bilinear(fx, fy, open(at[0]), open(at[1]), open(at[texels_]), open(at[texels_ + 1]));
 }
 
 Screen ShadowMap::place(const Point& p) const {
