@@ -136,11 +136,17 @@ void Inference::begin(Witness& witness) {
 void Inference::check(const Point& x, bool touched, std::span<const std::uint32_t> lenses) {
     for (const std::uint32_t sample : lenses) {
         if (x == state_.sample(sample)) continue;
-        if (bound_.is_local && touched && has_clearance(sample) && clearance(sample).contains(x)) block(sample, x);
+        if (bound_.is_local && touched && has_clearance(sample) && is_within(clearance(sample), x, touched)) block(sample, x);
         if (!knows(sample)) continue;
-        if (!lens(sample, Side::interior).contains(x) && !(touched && lens(sample, Side::exterior).contains(x))) continue;
+        if (!is_within(lens(sample, Side::interior), x, touched) && !(touched && is_within(lens(sample, Side::exterior), x, touched)))
+            continue;
         refute(sample, x, touched);
     }
+}
+
+bool Inference::is_within(Lens lens, const Point& x, bool touched) const {
+    if (touched) lens.margin += margin_;
+    return lens.contains(x);
 }
 
 // The largest share of a bound that is allowed.
@@ -189,8 +195,9 @@ void Inference::refute(std::uint32_t sample, const Point& x, bool touched) {
         Apex trial{apex.position, apex.outwards, share * apex.reach, {}};
         if (!find_cone(trial, neighbors)) return false;
         if (!trial.cone.is_known() || x == apex.position) return true;
-        if (lens(trial, Side::interior).contains(x)) return false;
-        return !touched || (!lens(trial, Side::exterior).contains(x) && trial.cone.narrow(x - trial.position, trial.reach, margin_));
+        if (is_within(lens(trial, Side::interior), x, touched)) return false;
+        return !touched ||
+               (!is_within(lens(trial, Side::exterior), x, touched) && trial.cone.narrow(x - trial.position, trial.reach, margin_));
     };
     const double share = largest_share(allows);
     if (!is_worse(share)) return;

@@ -143,6 +143,9 @@ private:
     // Local bounds follow the curvature that samples around show.
     [[nodiscard]] double curvature_share(const Apex& apex, const Vector& to) const;
     void block(std::uint32_t sample, const Point& x);
+    // Whether x, free or (`touched`) on S, is where the lens says that it cannot be. A touch may be off by the margin, as the lens's apex
+    // may.
+    [[nodiscard]] bool is_within(Lens lens, const Point& x, bool touched) const;
     void refute(const FacetView& seen);
     // x, free or on S, contradicts what the sample's neighbours leave of its normal.
     void refute(std::uint32_t sample, const Point& x, bool touched);
