@@ -19,7 +19,6 @@
 #include <string>
 
 #include "planner/geometry.h"
-#include "planner/number_text.h"
 
 namespace palpate {
 
@@ -32,11 +31,7 @@ public:
 class UnexpectedContact : public DeviceError {
 public:
     // `moves`: how many moves were made from the one that first touched it, that one included; 0 if that is not known to a journal.
-    UnexpectedContact(const Point& where, const std::string& during, std::size_t moves = 0)
-        : DeviceError("touched something at " + point_text(where) + " during " + during +
-                      ", where space should be free: the part moved, the probe triggered falsely, or what was taken to be free is not"),
-          where_(where),
-          moves_(moves) {}
+    UnexpectedContact(const Point& where, const std::string& during, std::size_t moves = 0);
 
     [[nodiscard]] const Point& where() const { return where_; }
     [[nodiscard]] std::size_t moves() const { return moves_; }

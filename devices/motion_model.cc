@@ -1,7 +1,8 @@
 #include "devices/motion_model.h"
 
+#include <fmt/format.h>
+
 #include <cmath>
-#include <sstream>
 
 #include "devices/errors.h"
 
@@ -12,17 +13,15 @@ std::string stopping_problem(const MotionModel& k) {
         const double feed = k.feeds.of(pace);
         const double distance = stopping_distance(k, feed);
         if (distance < k.overtravel_mm) continue;
-        std::ostringstream problem;
-        problem << "at " << feed << " mm/s the machine needs " << distance << " mm to stop, but the probe gives way by " << k.overtravel_mm
-                << " mm";
-        return problem.str();
+        return fmt::format("at {:g} mm/s the machine needs {:g} mm to stop, but the probe gives way by {:g} mm", feed, distance,
+                           k.overtravel_mm);
     }
     return "";
 }
 
 void require_stopping(const MotionModel& k) {
     if (const std::string problem = stopping_problem(k); !problem.empty()) {
-        throw DeviceError(problem + "; lower that feed, or give the true acceleration, latency and overtravel");
+        throw DeviceError(fmt::format("{}; lower that feed, or give the true acceleration, latency and overtravel", problem));
     }
 }
 

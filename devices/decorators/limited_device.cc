@@ -1,5 +1,7 @@
 #include "devices/decorators/limited_device.h"
 
+#include <fmt/format.h>
+
 #include <stdexcept>
 #include <string>
 
@@ -14,9 +16,8 @@ std::string violation(const Point& p, const Box& limits) {
     for (int axis = 0; axis < 3; ++axis) {
         const bool is_low = p[axis] < limits.min[axis];
         if (!is_low && p[axis] <= limits.max[axis]) continue;
-        return std::string(1, "xyz"[axis]) + " = " + number_text(p[axis], " mm is ") +
-               (is_low ? "below the lower limit " + number_text(limits.min[axis], " mm")
-                       : "above the upper limit " + number_text(limits.max[axis], " mm"));
+        return fmt::format("{} = {} mm is {} limit {} mm", "xyz"[axis], number_text(p[axis]),
+                           is_low ? "below the lower" : "above the upper", number_text((is_low ? limits.min : limits.max)[axis]));
     }
     return "";
 }
@@ -26,8 +27,8 @@ std::string violation(const Point& p, const Box& limits) {
 LimitedDevice::LimitedDevice(ProbeDevice& device, const Box& limits, double resolution_mm)
     : device_(device), limits_(limits), resolution_mm_(resolution_mm) {
     if (!limits.is_valid()) {
-        throw std::invalid_argument("limits " + point_text(limits.min) + " to " + point_text(limits.max) +
-                                    ": finite numbers are needed, and max greater than min in x, y and z");
+        throw std::invalid_argument(fmt::format("limits {} to {}: finite numbers are needed, and max greater than min in x, y and z",
+                                                point_text(limits.min), point_text(limits.max)));
     }
     if (!(resolution_mm >= 0)) throw std::invalid_argument("limits: the resolution is negative; give 0 mm or more");
 }
@@ -41,18 +42,26 @@ MoveResult LimitedDevice::guarded_move(const Point& target, Pace pace) {
 void LimitedDevice::check_start() const {
     const Point start = device_.position();
     if (limits_.contains(start, resolution_mm_)) return;
-    const std::string tool = "the tool is at " + point_text(start);
-    if (!start.allFinite()) throw OutOfLimits(tool + ", which is no place; nothing was sent: home the machine");
-    throw OutOfLimits(tool + ", outside the limits: " + violation(start, limits_) +
-                      "; nothing was sent: jog it inside, or correct machine.limits or machine.origin");
+    const std::string at = point_text(start);
+    if (!start.allFinite()) {
+        throw OutOfLimits(fmt::format("the tool is at {}, which is no place; nothing was sent: home the machine", at));
+    }
+    throw OutOfLimits(
+        fmt::format("the tool is at {}, outside the limits: {}; nothing was sent: jog it inside, or correct machine.limits or "
+                    "machine.origin",
+                    at, violation(start, limits_)));
 }
 
 void LimitedDevice::check_target(const Point& target) const {
     if (limits_.contains(target)) return;
-    const std::string move = "a move to " + point_text(target);
-    if (!target.allFinite()) throw OutOfLimits(move + " is not finite; nothing was sent: give three numbers in mm");
-    throw OutOfLimits(move + " leaves the limits: " + violation(target, limits_) +
-                      "; nothing was sent: if the machine can go there, widen machine.limits, else make the workspace smaller");
+    const std::string goal = point_text(target);
+    if (!target.allFinite()) {
+        throw OutOfLimits(fmt::format("a move to {} is not finite; nothing was sent: give three numbers in mm", goal));
+    }
+    throw OutOfLimits(
+        fmt::format("a move to {} leaves the limits: {}; nothing was sent: if the machine can go there, widen machine.limits, else make "
+                    "the workspace smaller",
+                    goal, violation(target, limits_)));
 }
 
 }  // namespace palpate

@@ -1,5 +1,7 @@
 #include "devices/grbl/grbl_controller.h"
 
+#include <fmt/format.h>
+
 #include <algorithm>
 #include <charconv>
 #include <sstream>
@@ -108,10 +110,10 @@ std::optional<Message> Controller::next(std::chrono::nanoseconds until) {
     if (const auto* status = std::get_if<Status>(&*message)) note_conditions(*status);
     if (is<Banner>(*message) && state_ != State::connecting) {
         state_ = State::lost;
-        throw PositionLost("the controller on " + link_.name() +
-                           " has started anew by itself: its reset button, or its supply. Where the tool is, nobody knows now: home the "
-                           "machine, then resume" +
-                           link_.history());
+        throw PositionLost(
+            fmt::format("the controller on {} has started anew by itself: its reset button, or its supply. Where the tool is, nobody knows "
+                        "now: home the machine, then resume{}",
+                        link_.name(), link_.history()));
     }
     return message;
 }
@@ -187,7 +189,7 @@ std::vector<Message> Controller::ask(const std::string& line, const std::functio
         answered |= is_answer(*message);
         messages.push_back(*message);
     }
-    fail_silent("the answer to " + line);
+    fail_silent(fmt::format("the answer to {}", line));
 }
 
 void Controller::fail(const Error& error) {
@@ -200,18 +202,19 @@ void Controller::fail(const Error& error) {
     link_.drain(kQuiet);
     if (error.code == 9) {
         state_ = State::locked;
-        throw DeviceAlarm(0, "the machine on " + link_.name() + " is locked: home it, then resume" + link_.history());
+        throw DeviceAlarm(0, fmt::format("the machine on {} is locked: home it, then resume{}", link_.name(), link_.history()));
     }
-    throw DeviceRefused(error.code, "the machine on " + link_.name() + " refused a command, error:" + std::to_string(error.code) + ", " +
-                                        explain_error(error.code) + link_.history());
+    throw DeviceRefused(error.code, fmt::format("the machine on {} refused a command, error:{}, {}{}", link_.name(), error.code,
+                                                explain_error(error.code), link_.history()));
 }
 
 void Controller::fail_silent(const std::string& awaited) {
     // It may still hear what it does not answer.
     if (state_ == State::probing) link_.send_realtime(kFeedHold);
     state_ = State::lost;
-    throw DeviceTimeout("no answer on " + link_.name() + " while waiting for " + awaited +
-                        ": check cable and supply, and that no other program has the port; then resume" + link_.history());
+    throw DeviceTimeout(
+        fmt::format("no answer on {} while waiting for {}: check cable and supply, and that no other program has the port; then resume{}",
+                    link_.name(), awaited, link_.history()));
 }
 
 void Controller::on_alarm(const Alarm& alarm) {
@@ -221,8 +224,7 @@ void Controller::on_alarm(const Alarm& alarm) {
     link_.drain(kQuiet);
     if (needs_reset(alarm.code)) reset();
     state_ = State::locked;
-    const std::string text =
-        "ALARM:" + std::to_string(alarm.code) + " on " + link_.name() + ", " + explain_alarm(alarm.code) + "; then resume" + history;
+    const std::string text = fmt::format("ALARM:{} on {}, {}; then resume{}", alarm.code, link_.name(), explain_alarm(alarm.code), history);
     if (alarm.code == 4) throw ProbeClosed(text);
     if (loses_position(alarm.code)) throw PositionLost(text);
     throw DeviceAlarm(alarm.code, text);
@@ -236,7 +238,7 @@ bool Controller::wait_for_first_status(const std::stop_token& stop) {
         if (stop.stop_requested()) {
             link_.send_realtime(kFeedHold);  // an earlier host's motion, for all that is known
             state_ = State::lost;
-            throw Stopped("stopped before the machine on " + link_.name() + " had answered; it was told to hold");
+            throw Stopped(fmt::format("stopped before the machine on {} had answered; it was told to hold", link_.name()));
         }
         link_.send_realtime(kAskStatus);
         const auto next_poll = link_.now() + 2 * kPollInterval;
@@ -254,16 +256,18 @@ void Controller::connect(const std::stop_token& stop) {
     state_ = State::connecting;
     if (!wait_for_first_status(stop)) {
         state_ = State::lost;
-        throw DeviceTimeout("nothing that speaks GRBL answers on " + link_.name() +
-                            ": is it the right port (palpate ports), is machine.grbl.baud right, is the machine on?" + link_.history());
+        throw DeviceTimeout(
+            fmt::format("nothing that speaks GRBL answers on {}: is it the right port (palpate ports), is machine.grbl.baud right, is the "
+                        "machine on?{}",
+                        link_.name(), link_.history()));
     }
     // Lines are heard at a standstill only.
     const std::string state = wait_for_standstill(kLongestMove, stop).state;
     if (state == "Check") {
-        throw DeviceRefused(0, "the machine on " + link_.name() + " is in check mode, in which nothing moves: leave it with $C");
+        throw DeviceRefused(0, fmt::format("the machine on {} is in check mode, in which nothing moves: leave it with $C", link_.name()));
     }
     if (state == "Door" || state == "Sleep") {
-        throw DeviceAlarm(0, "the machine on " + link_.name() + " says " + state + ": close the door or wake it, then go on");
+        throw DeviceAlarm(0, fmt::format("the machine on {} says {}: close the door or wake it, then go on", link_.name(), state));
     }
     // A hold that an earlier host left, or an alarm out of which may lead nothing else; a reset at a standstill keeps the position.
     if (state == "Hold" || state == "Alarm") reset();
@@ -286,7 +290,8 @@ void Controller::read_identity() {
              "$I", [](const Message& m) { return is_feedback(m, "VER"); }, kAnswerTime)) {
         if (is_feedback(message, "VER")) {
             const std::string& version = std::get<Feedback>(message).text;
-            identity_.version = identity_.version.empty() ? "Grbl " + version : identity_.version + " (" + version + ")";
+            identity_.version =
+                identity_.version.empty() ? fmt::format("Grbl {}", version) : fmt::format("{} ({})", identity_.version, version);
         }
     }
 }
@@ -337,7 +342,7 @@ Place Controller::wait_for_standstill(std::chrono::nanoseconds longest, const st
                 this->stop();
             }
             state_ = State::lost;
-            throw Stopped("the machine on " + link_.name() + " was carrying out an earlier command, and was stopped");
+            throw Stopped(fmt::format("the machine on {} was carrying out an earlier command, and was stopped", link_.name()));
         }
         if (link_.now() > until) fail_silent("the end of a motion");
         (void)next(link_.now() + kPollInterval);
@@ -386,7 +391,8 @@ void Controller::stop() {
     reset();
     state_ = this->place().state == "Alarm" ? State::locked : State::idle;
     if (state_ == State::locked && place.state != "Alarm") {
-        throw PositionLost("the machine on " + link_.name() + " locked itself when it was stopped: home it, then resume" + link_.history());
+        throw PositionLost(
+            fmt::format("the machine on {} locked itself when it was stopped: home it, then resume{}", link_.name(), link_.history()));
     }
 }
 
@@ -399,7 +405,7 @@ void Controller::home(const std::stop_token& stop) {
             // Homing cannot be held, only ended; where the tool is, nobody knows then.
             reset();
             state_ = State::lost;
-            throw PositionLost("homing on " + link_.name() + " was stopped by the operator: home again, then resume");
+            throw PositionLost(fmt::format("homing on {} was stopped by the operator: home again, then resume", link_.name()));
         }
         const auto message = next(link_.now() + kPollInterval);
         if (!message) continue;
@@ -419,7 +425,9 @@ void Controller::unlock() {
     (void)ask(
         "$X", [](const Message& m) { return is_feedback(m, "MSG"); }, kAnswerTime);
     const Place place = this->place();
-    if (place.state == "Alarm") throw DeviceAlarm(0, "the machine on " + link_.name() + " stays locked after $X" + link_.history());
+    if (place.state == "Alarm") {
+        throw DeviceAlarm(0, fmt::format("the machine on {} stays locked after $X{}", link_.name(), link_.history()));
+    }
     state_ = State::idle;
 }
 

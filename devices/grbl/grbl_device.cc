@@ -1,10 +1,10 @@
 #include "devices/grbl/grbl_device.h"
 
+#include <fmt/format.h>
+#include <fmt/ranges.h>
+
 #include <algorithm>
-#include <array>
 #include <cmath>
-#include <cstdio>
-#include <sstream>
 
 #include "devices/errors.h"
 #include "devices/internal/way.h"
@@ -59,11 +59,8 @@ constexpr const char* kMayBePressed =
 // lost bytes would join the G of the guard to the digits of X: G38.3X0.000 to G0.000, or G30.000, which are rapids. No G word is made of
 // nines. At most 72 bytes for coordinates of five digits, of the 80 that Grbl takes.
 std::string probe_line(const std::string& word, const Point& work, double feed_mm_per_s) {
-    std::array<char, 96> line{};
     const double feed = std::max(1.0, std::floor(feed_mm_per_s * kSecondsPerMinute));
-    const int length = std::snprintf(line.data(), line.size(), "G21G90G94%sN9999999X%.3fY%.3fZ%.3fF%.0f", word.c_str(), work.x(), work.y(),
-                                     work.z(), feed);
-    return {line.data(), static_cast<std::size_t>(std::min<int>(length, static_cast<int>(line.size()) - 1))};
+    return fmt::format("G21G90G94{}N9999999X{:.3f}Y{:.3f}Z{:.3f}F{:.0f}", word, work.x(), work.y(), work.z(), feed);
 }
 
 }  // namespace
@@ -84,18 +81,20 @@ void GrblDevice::make_ready() {
         controller_.home(stop_);
     } else if (options_.homing == Homing::require && (is_locked || is_unhomed)) {
         throw DeviceAlarm(
-            0, "the machine on " + name + (is_locked ? " is locked" : " is not homed") +
-                   ": home it, or let Palpate do so (machine.homing: run), or, if it has no switches and its position is right, say "
-                   "machine.homing: skip");
+            0, fmt::format("the machine on {} is {}: home it, or let Palpate do so (machine.homing: run), or, if it has no switches and "
+                           "its position is right, say machine.homing: skip",
+                           name, is_locked ? "locked" : "not homed"));
     } else if (is_locked) {
         controller_.unlock();
     }
     const Place place = controller_.resting_place();
-    if (place.state != "Idle") throw DeviceAlarm(0, "the machine on " + name + " says " + place.state + ", not Idle: free it, then go on");
-    if (place.probe_unplugged) throw ProbeClosed("the probe on " + name + " is not plugged in");
+    if (place.state != "Idle") {
+        throw DeviceAlarm(0, fmt::format("the machine on {} says {}, not Idle: free it, then go on", name, place.state));
+    }
+    if (place.probe_unplugged) throw ProbeClosed(fmt::format("the probe on {} is not plugged in", name));
     if (place.probe_closed) {
-        throw ProbeClosed("the probe on " + name +
-                          " is closed before anything moves: does it touch something, or is its input inverted ($6)?");
+        throw ProbeClosed(
+            fmt::format("the probe on {} is closed before anything moves: does it touch something, or is its input inverted ($6)?", name));
     }
     check_acceleration();
     position_ = place.position;
@@ -109,17 +108,15 @@ std::string GrblDevice::disturbance(const grbl::Conditions& conditions) const {
     std::vector<std::string> found;
     const auto runs = [&](char letter) { return conditions.running.find(letter) != std::string::npos; };
     const bool is_laser = controller_.identity().number(grbl::setting::kLaserMode) == 1;
-    const std::string spindle = is_laser ? "the laser" : "the spindle";
-    if (runs('S')) found.push_back(spindle + " is on (M3; M5 ends it)");
-    if (runs('C')) found.push_back(spindle + " is on (M4; M5 ends it)");
+    const char* const spindle = is_laser ? "laser" : "spindle";
+    if (runs('S')) found.push_back(fmt::format("the {} is on (M3; M5 ends it)", spindle));
+    if (runs('C')) found.push_back(fmt::format("the {} is on (M4; M5 ends it)", spindle));
     if (runs('M')) found.emplace_back("the coolant mist is on (M7; M9 ends it)");
     if (runs('F')) found.emplace_back("the coolant is on (M8; M9 ends it)");
     if (conditions.feed_override.value_or(kFullFeed) > kFullFeed) {
-        found.push_back("the feed override is " + std::to_string(*conditions.feed_override) + " % (set it to 100 %)");
+        found.push_back(fmt::format("the feed override is {} % (set it to 100 %)", *conditions.feed_override));
     }
-    std::string text;
-    for (const std::string& one : found) text += (text.empty() ? "" : ", ") + one;
-    return text;
+    return fmt::format("{}", fmt::join(found, ", "));
 }
 
 std::string GrblDevice::disturbance() const { return disturbance(controller_.conditions()); }
@@ -133,7 +130,7 @@ void GrblDevice::require_quiet() {
     }
     if (what.empty()) what = disturbance();
     if (!what.empty()) {
-        throw DeviceError("nothing has moved: on the machine on " + controller_.link().name() + " " + what + "; then go on");
+        throw DeviceError(fmt::format("nothing has moved: on the machine on {} {}; then go on", controller_.link().name(), what));
     }
     disturbed_.clear();
     is_quiet_ = true;
@@ -144,8 +141,8 @@ void GrblDevice::refuse_disturbed() {
     if (disturbed_.empty()) return;
     controller_.reset_feed_override();
     controller_.give_up();
-    throw DeviceError("on the machine on " + controller_.link().name() + " " + disturbed_ + "; the tool rests at " +
-                      point_text(position()) + " and nothing more moves: end it, then resume" + controller_.link().history());
+    throw DeviceError(fmt::format("on the machine on {} {}; the tool rests at {} and nothing more moves: end it, then resume{}",
+                                  controller_.link().name(), disturbed_, point_text(position()), controller_.link().history()));
 }
 
 void GrblDevice::slow_down_disturbed() {
@@ -164,9 +161,9 @@ void GrblDevice::stop_disturbed(const Way& way, OnStop on_stop) {
     const bool goes_back = on_stop == OnStop::go_back && controller_.feed_override().value_or(kFullFeed) <= kFullFeed;
     if (goes_back) back_off(way.start, way.start, OnStop::finish);
     controller_.give_up();
-    throw DeviceError("on the machine on " + controller_.link().name() + " " + what + ": the tool was stopped, " +
-                      (goes_back ? "went back to " : "and rests at ") + point_text(position()) + (goes_back ? " and rests there" : "") +
-                      "; end it, then resume" + controller_.link().history());
+    throw DeviceError(fmt::format("on the machine on {} {}: the tool was stopped, {} {}{}; end it, then resume{}",
+                                  controller_.link().name(), what, goes_back ? "went back to" : "and rests at", point_text(position()),
+                                  goes_back ? " and rests there" : "", controller_.link().history()));
 }
 
 // devices/FACTS.md, "Safety floor": what the stopping distance was computed with has to be true.
@@ -175,10 +172,10 @@ void GrblDevice::check_acceleration() {
         const int setting = grbl::setting::kAcceleration + axis;
         const auto admitted = controller_.identity().number(setting);
         if (!admitted || *admitted >= options_.motion.acceleration_mm_per_s2) continue;
-        throw DeviceError("the machine on " + controller_.link().name() + " accelerates an axis with " + number_text(*admitted) +
-                          " mm/s² ($" + std::to_string(setting) + "), less than machine.acceleration, " +
-                          number_text(options_.motion.acceleration_mm_per_s2) +
-                          " mm/s²: it would run on too far after a touch; lower machine.acceleration to that");
+        throw DeviceError(
+            fmt::format("the machine on {} accelerates an axis with {} mm/s² (${}), less than machine.acceleration, {} mm/s²: it would run "
+                        "on too far after a touch; lower machine.acceleration to that",
+                        controller_.link().name(), number_text(*admitted), setting, number_text(options_.motion.acceleration_mm_per_s2)));
     }
 }
 
@@ -213,12 +210,14 @@ Point GrblDevice::rounded(const Point& machine) const {
 // --- moving ----------------------------------------------------------------------------------------------------------
 
 MoveResult GrblDevice::guarded_move(const Point& target, Pace pace) {
-    if (stop_.stop_requested()) throw Stopped("stopped before a move; the tool rests at " + point_text(position()));
+    if (stop_.stop_requested()) throw Stopped(fmt::format("stopped before a move; the tool rests at {}", point_text(position())));
     if (controller_.state() != grbl::State::idle) {
-        throw PositionLost(std::string("the machine on ") + controller_.link().name() + " is " + to_string(controller_.state()) +
-                           " since its last fault: nothing moves before a new connection");
+        throw PositionLost(fmt::format("the machine on {} is {} since its last fault: nothing moves before a new connection",
+                                       controller_.link().name(), to_string(controller_.state())));
     }
-    if (!target.allFinite()) throw DeviceError("the target " + point_text(target) + " of a move is not finite: give three numbers in mm");
+    if (!target.allFinite()) {
+        throw DeviceError(fmt::format("the target {} of a move is not finite: give three numbers in mm", point_text(target)));
+    }
     const Point start = position_;
     const Point goal = rounded(target + options_.origin);
     refuse_disturbed();
@@ -284,9 +283,9 @@ std::optional<GrblDevice::ProbeEnd> GrblDevice::wait_for_end(const Way& way, std
                 controller_.stop();
                 controller_.give_up();
                 throw DeviceTimeout(
-                    "a probing move on " + controller_.link().name() +
-                    " took far longer than its feed explains and was stopped: is an override active, is machine.acceleration right?" +
-                    controller_.link().history());
+                    fmt::format("a probing move on {} took far longer than its feed explains and was stopped: is an override active, is "
+                                "machine.acceleration right?{}",
+                                controller_.link().name(), controller_.link().history()));
             }
             controller_.link().send_realtime(grbl::kAskStatus);
             poll = now() + interval;
@@ -347,20 +346,25 @@ void GrblDevice::stop_off_way(const Way& way) {
     controller_.stop();
     position_ = controller_.place().position;
     controller_.give_up();
-    throw BadAnswer("the machine on " + controller_.link().name() + " left its way from " + point_text(way.start) + " to " +
-                    point_text(way.target) + " (machine coordinates) and was stopped at " + point_text(position_) +
-                    ": were bytes of the command lost on the line? Check the cable, then resume" + kMayBePressed +
-                    controller_.link().history());
+    throw BadAnswer(
+        fmt::format("the machine on {} left its way from {} to {} (machine coordinates) and was stopped at {}: were bytes of the command "
+                    "lost on the line? Check the cable, then resume{}{}",
+                    controller_.link().name(), point_text(way.start), point_text(way.target), point_text(position_), kMayBePressed,
+                    controller_.link().history()));
 }
 
 void GrblDevice::fail_state(const std::string& state) {
     controller_.give_up();
-    const std::string where = "the machine on " + controller_.link().name();
+    const std::string name = controller_.link().name();
+    const std::string history = controller_.link().history();
     if (state == "Check") {
-        throw BadAnswer(where + " is in check mode, in which nothing moves and nothing is touched: leave it with $C, then resume" +
-                        controller_.link().history());
+        throw BadAnswer(
+            fmt::format("the machine on {} is in check mode, in which nothing moves and nothing is touched: leave it with $C, then "
+                        "resume{}",
+                        name, history));
     }
-    throw DeviceAlarm(0, where + " is in alarm, and what it said of it was lost on the line; then resume" + controller_.link().history());
+    throw DeviceAlarm(
+        0, fmt::format("the machine on {} is in alarm, and what it said of it was lost on the line; then resume{}", name, history));
 }
 
 std::optional<GrblDevice::ProbeEnd> GrblDevice::find_out(const Point& start, const ProbeReport& before) {
@@ -384,9 +388,10 @@ void GrblDevice::check_again(const ProbeEnd& end, double feed_mm_per_s) {
     const ProbeReport again = controller_.last_probe();
     if (again.position == report.position && again.contact == report.contact) return;
     controller_.give_up();
-    throw BadAnswer("the machine on " + controller_.link().name() + " reports a contact at " + point_text(report.position) + ", then at " +
-                    point_text(again.position) + " (machine coordinates): bytes are lost on the line; check the cable, then resume" +
-                    kMayBePressed + controller_.link().history());
+    throw BadAnswer(fmt::format(
+        "the machine on {} reports a contact at {}, then at {} (machine coordinates): bytes are lost on the line; check the cable, then "
+        "resume{}{}",
+        controller_.link().name(), point_text(report.position), point_text(again.position), kMayBePressed, controller_.link().history()));
 }
 
 std::string GrblDevice::problem_of(const ProbeEnd& end, const Way& way) const {
@@ -395,16 +400,20 @@ std::string GrblDevice::problem_of(const ProbeEnd& end, const Way& way) const {
     const Point& rest = end.place.position;
     if (!end.report.contact) {
         if ((reported - way.target).norm() > tolerance) {
-            return "reports no contact and an end at " + point_text(reported) + ", which is not the target";
+            return fmt::format("reports no contact and an end at {}, which is not the target", point_text(reported));
         }
         if ((rest - way.target).norm() > tolerance)
-            return "reports no contact, but rests at " + point_text(rest) + ", which is not the target";
+            return fmt::format("reports no contact, but rests at {}, which is not the target", point_text(rest));
         return {};
     }
-    const std::string contact = "reports a contact at " + point_text(reported);
-    if (way.distance_to(reported) > tolerance) return contact + ", which is not on its way";
-    if (way.distance_to(rest) > tolerance) return contact + ", but rests at " + point_text(rest) + ", which is not on its way";
-    if (way.place_of(rest) < way.place_of(reported) - tolerance) return contact + ", but rests before it, at " + point_text(rest);
+    const std::string contact = point_text(reported);
+    if (way.distance_to(reported) > tolerance) return fmt::format("reports a contact at {}, which is not on its way", contact);
+    if (way.distance_to(rest) > tolerance) {
+        return fmt::format("reports a contact at {}, but rests at {}, which is not on its way", contact, point_text(rest));
+    }
+    if (way.place_of(rest) < way.place_of(reported) - tolerance) {
+        return fmt::format("reports a contact at {}, but rests before it, at {}", contact, point_text(rest));
+    }
     return {};
 }
 
@@ -419,19 +428,20 @@ void GrblDevice::check_answer(ProbeEnd& end, const Way& way, double feed_mm_per_
     if (what.empty()) return;
     if (end.place.state != "Idle") controller_.stop();
     controller_.give_up();
-    throw BadAnswer("the machine on " + controller_.link().name() + " " + what + " (move from " + point_text(way.start) + " to " +
-                    point_text(way.target) +
-                    ", machine coordinates): was it moved by something else, did it lose steps? Home it, then resume" + kMayBePressed +
-                    controller_.link().history());
+    throw BadAnswer(fmt::format(
+        "the machine on {} {} (move from {} to {}, machine coordinates): was it moved by something else, did it lose steps? Home it, then "
+        "resume{}{}",
+        controller_.link().name(), what, point_text(way.start), point_text(way.target), kMayBePressed, controller_.link().history()));
 }
 
 void GrblDevice::check_on(const Segment& way, const Point& reported) {
     if (distance_to(way, reported) <= tolerance()) return;
     controller_.give_up();
-    throw BadAnswer("the machine on " + controller_.link().name() + " reports that it rests at " + point_text(reported) +
-                    ", which is not on its way between " + point_text(way.source) + " and " + point_text(way.target) +
-                    " (machine coordinates): was it moved by something else, did it lose steps? Home it, then resume" + kMayBePressed +
-                    controller_.link().history());
+    throw BadAnswer(
+        fmt::format("the machine on {} reports that it rests at {}, which is not on its way between {} and {} (machine coordinates): was "
+                    "it moved by something else, did it lose steps? Home it, then resume{}{}",
+                    controller_.link().name(), point_text(reported), point_text(way.source), point_text(way.target), kMayBePressed,
+                    controller_.link().history()));
 }
 
 // What stops farther from its touch than that did not stop for it.
@@ -444,9 +454,9 @@ void GrblDevice::check_overrun(double overrun, double feed_mm_per_s) {
     if (overrun <= longest_overrun(feed_mm_per_s)) return;
     controller_.give_up();
     throw BadAnswer(
-        "the machine on " + controller_.link().name() + " came to rest " + number_text(overrun) +
-        " mm past where it reports that its probe changed: was it moved by something else, did it lose steps? Home it, then resume" +
-        controller_.link().history());
+        fmt::format("the machine on {} came to rest {} mm past where it reports that its probe changed: was it moved by something else, "
+                    "did it lose steps? Home it, then resume{}",
+                    controller_.link().name(), number_text(overrun), controller_.link().history()));
 }
 
 // --- going back ------------------------------------------------------------------------------------------------------
@@ -460,9 +470,9 @@ void GrblDevice::stop_on(const Way& way) {
 
 void GrblDevice::stop_and_throw(const Way& way, OnStop on_stop) {
     stop_on(way);
-    if (on_stop == OnStop::go_back) back_off(way.start, way.start, OnStop::finish);
-    throw Stopped(std::string("stopped by the operator; the tool ") + (on_stop == OnStop::go_back ? "went back to " : "rests at ") +
-                  point_text(position()) + (on_stop == OnStop::go_back ? " and rests there" : ""));
+    if (on_stop != OnStop::go_back) throw Stopped(fmt::format("stopped by the operator; the tool rests at {}", point_text(position())));
+    back_off(way.start, way.start, OnStop::finish);
+    throw Stopped(fmt::format("stopped by the operator; the tool went back to {} and rests there", point_text(position())));
 }
 
 Point GrblDevice::before(const Point& place, const Point& start) const {
@@ -478,11 +488,10 @@ void GrblDevice::retract(const Point& contact, const Point& start, double feed_m
     check_overrun(overrun, feed_mm_per_s);
     if (overrun > options_.motion.overtravel_mm) {
         controller_.give_up();
-        std::ostringstream message;
-        message << "the machine on " << controller_.link().name() << " ran on " << overrun
-                << " mm past a touch, more than the probe's overtravel of " << options_.motion.overtravel_mm
-                << " mm: lower machine.feeds, or correct machine.acceleration and machine.latency";
-        throw DeviceError(message.str());
+        throw DeviceError(
+            fmt::format("the machine on {} ran on {:g} mm past a touch, more than the probe's overtravel of {:g} mm: lower machine.feeds, "
+                        "or correct machine.acceleration and machine.latency",
+                        controller_.link().name(), overrun, options_.motion.overtravel_mm));
     }
 }
 
@@ -520,10 +529,10 @@ void GrblDevice::back_off(Point target, const Point& start, OnStop on_stop) {
         }
     }
     controller_.give_up();
-    throw ProbeClosed("the probe on " + controller_.link().name() + " stays closed although the tool went back to " +
-                      point_text(position()) +
-                      ": the tool is pressed against something, or the probe is stuck, bent, or its lead shorted. Free it, then resume" +
-                      controller_.link().history());
+    throw ProbeClosed(
+        fmt::format("the probe on {} stays closed although the tool went back to {}: the tool is pressed against something, or the probe "
+                    "is stuck, bent, or its lead shorted. Free it, then resume{}",
+                    controller_.link().name(), point_text(position()), controller_.link().history()));
 }
 
 bool GrblDevice::opens_soon() {

@@ -1,5 +1,8 @@
 #include "devices/grbl/grbl_link.h"
 
+#include <fmt/format.h>
+#include <fmt/ranges.h>
+
 #include <algorithm>
 
 namespace palpate::grbl {
@@ -17,7 +20,7 @@ std::chrono::milliseconds rounded_up(std::chrono::nanoseconds time) {
 
 void Link::remember(char direction, std::string_view line) {
     // Polls would push out what matters.
-    std::string entry = std::string("\n    ") + direction + ' ' + std::string(line);
+    std::string entry = fmt::format("\n    {} {}", direction, line);
     if (!history_.empty() && line == "?" && history_.back() == entry) return;
     history_.push_back(std::move(entry));
     if (history_.size() > kRemembered) history_.pop_front();
@@ -55,9 +58,7 @@ void Link::drain(std::chrono::milliseconds quiet) {
 
 std::string Link::history() const {
     if (history_.empty()) return "\n  nothing was sent or received yet";
-    std::string text = "\n  the last lines on " + name() + ", > sent, < received:";
-    for (const std::string& entry : history_) text += entry;
-    return text;
+    return fmt::format("\n  the last lines on {}, > sent, < received:{}", name(), fmt::join(history_, ""));
 }
 
 }  // namespace palpate::grbl

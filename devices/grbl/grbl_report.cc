@@ -1,8 +1,9 @@
 #include "devices/grbl/grbl_report.h"
 
+#include <fmt/format.h>
+
 #include <array>
 #include <limits>
-#include <sstream>
 
 #include "planner/number_text.h"
 
@@ -23,9 +24,7 @@ public:
     void add(int number, const std::string& meaning, const std::string& unit, const Check& check) {
         const auto value = identity_.number(number);
         if (!value) return;
-        std::ostringstream text;
-        text << *value << unit;
-        settings_.push_back({"$" + std::to_string(number) + " " + meaning, text.str(), check(*value)});
+        settings_.push_back({fmt::format("${} {}", number, meaning), fmt::format("{:g}{}", *value, unit), check(*value)});
     }
     [[nodiscard]] std::vector<MachineSetting> take() { return std::move(settings_); }
 
@@ -41,22 +40,19 @@ void add_axes(Reporter& reporter, const GrblOptions& options) {
     const double fastest = std::max({k.feeds.travel_mm_per_s, k.feeds.probe_mm_per_s, k.feeds.touch_mm_per_s});
     for (int axis = 0; axis < 3; ++axis) {
         const std::string name = kAxes.at(static_cast<std::size_t>(axis));
-        reporter.add(kStepsPerMm + axis, "steps per mm, " + name, "", [&](double steps) {
-            std::ostringstream text;
-            if (steps > 0 && 1 / steps > k.resolution_mm) {
-                text << "a step is " << 1 / steps << " mm: say machine.resolution: " << 1 / steps << " or more";
-            }
-            return text.str();
+        reporter.add(kStepsPerMm + axis, fmt::format("steps per mm, {}", name), "", [&](double steps) {
+            if (!(steps > 0 && 1 / steps > k.resolution_mm)) return std::string();
+            return fmt::format("a step is {0:g} mm: say machine.resolution: {0:g} or more", 1 / steps);
         });
-        reporter.add(kMaxRate + axis, "greatest rate, " + name, " mm/min", [&](double rate) {
+        reporter.add(kMaxRate + axis, fmt::format("greatest rate, {}", name), " mm/min", [&](double rate) {
             return rate < fastest * kSecondsPerMinute ? "slower than machine.feeds: moves take longer than reckoned" : "";
         });
-        reporter.add(kAcceleration + axis, "acceleration, " + name, " mm/s²", [&](double acceleration) {
+        reporter.add(kAcceleration + axis, fmt::format("acceleration, {}", name), " mm/s²", [&](double acceleration) {
             return acceleration < k.acceleration_mm_per_s2 ? "less than machine.acceleration, so the tool needs longer to stop than was "
                                                              "checked: lower machine.acceleration to it"
                                                            : "";
         });
-        reporter.add(kMaxTravel + axis, "travel, " + name, " mm", nothing_wrong);
+        reporter.add(kMaxTravel + axis, fmt::format("travel, {}", name), " mm", nothing_wrong);
     }
 }
 
@@ -79,14 +75,14 @@ void add_conditions(grbl::Controller& controller, std::vector<MachineSetting>& s
     const std::string running = controller.active_accessories() + controller.conditions().running;
     const auto runs = [&](char letter) { return running.find(letter) != std::string::npos; };
     const auto add = [&](const std::string& name, bool is_on, const std::string& end) {
-        settings.push_back({name, is_on ? "on" : "off", is_on ? "nothing moves while it is on: end it with " + end : ""});
+        settings.push_back({name, is_on ? "on" : "off", is_on ? fmt::format("nothing moves while it is on: end it with {}", end) : ""});
     };
     if (is_laser) settings.push_back({"$32 laser mode", "1: M3 and M4 mean the laser", ""});
     add(is_laser ? "laser" : "spindle", runs('S') || runs('C'), "M5");
     add("coolant", runs('F') || runs('M'), "M9");
     const auto feed_override = controller.feed_override();
     settings.push_back(
-        {"feed override", feed_override ? std::to_string(*feed_override) + " %" : "not reported",
+        {"feed override", feed_override ? fmt::format("{} %", *feed_override) : "not reported",
          feed_override.value_or(100) > 100 ? "moves are faster than they are told: set it to 100 %, as a session will" : ""});
 }
 
@@ -108,7 +104,7 @@ MachineReport report_on(GrblDevice& device) {
     const grbl::Identity& identity = controller.identity();
     const grbl::Place place = controller.place();
     MachineReport report;
-    report.identity = identity.version + " on " + controller.link().name();
+    report.identity = fmt::format("{} on {}", identity.version, controller.link().name());
     report.state = state_text(place, device.options().homing);
     report.needs_homing = place.state == "Alarm" || place.homed == false;
     report.position = place.position - device.options().origin;

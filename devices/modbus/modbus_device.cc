@@ -1,5 +1,7 @@
 #include "devices/modbus/modbus_device.h"
 
+#include <fmt/format.h>
+
 #include <algorithm>
 #include <array>
 #include <cmath>
@@ -26,7 +28,7 @@ constexpr int kTimedLooks = 5;
 // Of the time that the controller waits for a heartbeat, what a look may take: the rest is for what is not the same each time.
 constexpr double kLookShare = 0.9;
 
-std::string milliseconds_text(Seconds time) { return number_text(std::round(1000 * time.count())) + " ms"; }
+std::string milliseconds_text(Seconds time) { return number_text(std::round(1000 * time.count()), " ms"); }
 
 bool is_in_reach(const Box& limits, const Point& p) { return limits.contains(p, kBeyondLimits); }
 
@@ -41,32 +43,35 @@ std::string_view name_of(ModbusDevice::State state) {
 
 std::vector<std::string> ModbusReport::lines() const {
     const auto said = [](bool yes) { return yes ? "yes" : "no"; };
-    return {"controller: " + identity + ", " + link + ", profile " + profile,
-            "limits: " + point_text(limits.min) + " to " + point_text(limits.max) + " (machine)",
-            "position: " + point_text(position) + " (machine)",
-            std::string("homed: ") + said(is_homed) + ", standing: " + said(is_standing) + ", enabled: " + said(is_enabled),
-            std::string("probe: ") + (is_probe_closed ? "closed" : "open"),
-            "answers: " + timing_text(),
+    return {fmt::format("controller: {}, {}, profile {}", identity, link, profile),
+            fmt::format("limits: {} to {} (machine)", point_text(limits.min), point_text(limits.max)),
+            fmt::format("position: {} (machine)", point_text(position)),
+            fmt::format("homed: {}, standing: {}, enabled: {}", said(is_homed), said(is_standing), said(is_enabled)),
+            fmt::format("probe: {}", is_probe_closed ? "closed" : "open"),
+            fmt::format("answers: {}", timing_text()),
             fault_code == 0 ? "no fault" : fault_text(static_cast<std::uint16_t>(fault_code))};
 }
 
 std::string ModbusReport::position_problem() const {
     if (is_in_reach(limits, position)) return "";
-    return "is out of the controller's own limits, " + point_text(limits.min) + " to " + point_text(limits.max) +
-           " (machine): is word_order in the profile right, and are address, type and unit of the positions? Nothing moves";
+    return fmt::format(
+        "is out of the controller's own limits, {} to {} (machine): is word_order in the profile right, and are address, type and unit of "
+        "the positions? Nothing moves",
+        point_text(limits.min), point_text(limits.max));
 }
 
 std::string ModbusReport::timing_text() const {
-    return "a look takes " + milliseconds_text(look_time) + ", " + (look_requests == 1 ? "one request" : "two requests") + "; up to " +
-           milliseconds_text(kLookShare * heartbeat_limit) + " will do";
+    return fmt::format("a look takes {}, {}; up to {} will do", milliseconds_text(look_time),
+                       look_requests == 1 ? "one request" : "two requests", milliseconds_text(kLookShare * heartbeat_limit));
 }
 
 std::string ModbusReport::timing_problem() const {
     if (look_time < kLookShare * heartbeat_limit) return "";
-    return "the controller stops when it hears no heartbeat for " + milliseconds_text(heartbeat_limit) +
-           ", so that moves will be cut to pieces: " +
-           (look_requests == 1 ? "" : "let the controller know FC23 and set read_write: true in the profile, which halves it; ") +
-           "make its answers faster, or raise that time in the controller and heartbeat_limit in the profile";
+    return fmt::format(
+        "the controller stops when it hears no heartbeat for {}, so that moves will be cut to pieces: {}make its answers faster, or raise "
+        "that time in the controller and heartbeat_limit in the profile",
+        milliseconds_text(heartbeat_limit),
+        look_requests == 1 ? "" : "let the controller know FC23 and set read_write: true in the profile, which halves it; ");
 }
 
 ModbusDevice::ModbusDevice(ModbusDeviceOptions options, Clock& clock, std::stop_token stop)
@@ -91,13 +96,14 @@ std::string ModbusDevice::where() const { return client_->link().name(); }
 void ModbusDevice::inspect() {
     identity_ = client_->identity();
     if (!identity_.starts_with(options_.profile.expected_identity)) {
-        throw DeviceError(where() + " calls itself \"" + identity_ + "\", but the profile " + options_.profile.name + " is for \"" +
-                          options_.profile.expected_identity + "\"; give the profile of that controller");
+        throw DeviceError(fmt::format("{} calls itself \"{}\", but the profile {} is for \"{}\"; give the profile of that controller",
+                                      where(), identity_, options_.profile.name, options_.profile.expected_identity));
     }
     limits_ = client_->limits();
     if (!limits_.is_valid()) {
-        throw DeviceError(where() + " tells limits from " + point_text(limits_.min) + " to " + point_text(limits_.max) +
-                          "; set them in the controller, or is word_order in the profile not right?");
+        throw DeviceError(
+            fmt::format("{} tells limits from {} to {}; set them in the controller, or is word_order in the profile not right?", where(),
+                        point_text(limits_.min), point_text(limits_.max)));
     }
 }
 
@@ -127,27 +133,27 @@ void ModbusDevice::check_reach(const ModbusStatus& status) {
     ModbusReport report;
     report.limits = limits_;
     report.position = status.actual;
-    throw BadAnswer(where() + ": the position " + point_text(status.actual) + " " + report.position_problem());
+    throw BadAnswer(fmt::format("{}: the position {} {}", where(), point_text(status.actual), report.position_problem()));
 }
 
 // Throws what is in the way of a move, and sets the state that it leaves the device in.
 void ModbusDevice::check_ready(const ModbusStatus& status) {
     if (status.is_fault()) {
         state_ = State::locked;
-        throw DeviceAlarm(status.fault_code, where() + ": " + fault_text(status.fault_code) + "; clear the cause, then recover");
+        throw DeviceAlarm(status.fault_code, fmt::format("{}: {}; clear the cause, then recover", where(), fault_text(status.fault_code)));
     }
     if (!status.is_homed) {
         state_ = State::locked;
-        throw PositionLost(where() + " is not homed, so nobody knows where the tool is; home it, then recover");
+        throw PositionLost(fmt::format("{} is not homed, so nobody knows where the tool is; home it, then recover", where()));
     }
     check_reach(status);
     if (!status.is_standing()) {
         state_ = State::locked;
-        throw BadAnswer(where() + " moves although nothing was asked of it; stop what else commands it, then recover");
+        throw BadAnswer(fmt::format("{} moves although nothing was asked of it; stop what else commands it, then recover", where()));
     }
     if (status.is_probe_closed) {
-        throw ProbeClosed("the probe is closed before a move, at " + point_text(status.actual) +
-                          " (machine); free it, or look at its cable and its plug");
+        throw ProbeClosed(fmt::format("the probe is closed before a move, at {} (machine); free it, or look at its cable and its plug",
+                                      point_text(status.actual)));
     }
 }
 
@@ -160,8 +166,7 @@ struct ModbusDevice::Ready {
 // machine is still where it was left.
 ModbusDevice::Ready ModbusDevice::ready() {
     if (state_ != State::idle && state_ != State::locked) {
-        const std::string what =
-            where() + " is in the state \"" + std::string(name_of(state_)) + "\" since an earlier failure; recover first";
+        const std::string what = fmt::format("{} is in the state \"{}\" since an earlier failure; recover first", where(), name_of(state_));
         if (state_ == State::lost) throw ConnectionLost(what);
         throw DeviceError(what);
     }
@@ -174,16 +179,19 @@ ModbusDevice::Ready ModbusDevice::ready() {
     }
     const ModbusStatus& status = ready.status;
     check_ready(status);
-    if (state_ == State::locked) throw DeviceError(where() + " was locked and is free now; recover before it moves");
+    if (state_ == State::locked) throw DeviceError(fmt::format("{} was locked and is free now; recover before it moves", where()));
     if (const Point expected = position_ + options_.origin; !motion_->is_near(status.actual, expected)) {
         state_ = State::locked;
-        throw PositionLost(where() + " was left at " + point_text(expected) + " (machine) and stands at " + point_text(status.actual) +
-                           " now: it was moved by something else; make sure of its position, then recover");
+        throw PositionLost(
+            fmt::format("{} was left at {} (machine) and stands at {} now: it was moved by something else; make sure of its position, then "
+                        "recover",
+                        where(), point_text(expected), point_text(status.actual)));
     }
     if (!status.has(cia402::kOperationEnabled)) {
         if (was_enabled_) {
             state_ = State::locked;
-            throw DeviceAlarm(0, where() + ": its drives are disabled, by an emergency stop perhaps; clear the cause, then recover");
+            throw DeviceAlarm(
+                0, fmt::format("{}: its drives are disabled, by an emergency stop perhaps; clear the cause, then recover", where()));
         }
         client_->enable();
     }
@@ -194,8 +202,8 @@ ModbusDevice::Ready ModbusDevice::ready() {
 void ModbusDevice::check_target(const Point& machine) const {
     if (!machine.allFinite()) throw DeviceError("the target of a move is not finite; give three numbers in mm");
     if (!limits_.contains(machine)) {
-        throw OutOfLimits("a move to " + point_text(machine) + " leaves the limits of " + where() + ", " + point_text(limits_.min) +
-                          " to " + point_text(limits_.max) + " (machine coordinates); nothing was sent");
+        throw OutOfLimits(fmt::format("a move to {} leaves the limits of {}, {} to {} (machine coordinates); nothing was sent",
+                                      point_text(machine), where(), point_text(limits_.min), point_text(limits_.max)));
     }
 }
 
@@ -237,7 +245,7 @@ MoveResult ModbusDevice::move(const Point& target, Pace pace) {
     const Point start = position_ + options_.origin;
     const Point goal = target + options_.origin;
     check_target(goal);
-    if (stop_.stop_requested()) throw Stopped("stopped before the move to " + point_text(target) + "; nothing moved");
+    if (stop_.stop_requested()) throw Stopped(fmt::format("stopped before the move to {}; nothing moved", point_text(target)));
     if (on_grid(start, goal, options_.motion.resolution_mm) && state_ == State::idle) {
         position_ = target;
         return {MoveResult::Outcome::reached, target};
@@ -261,7 +269,7 @@ MoveResult ModbusDevice::move(const Point& target, Pace pace) {
         throw;
     } catch (const Stopped&) {
         go_back(way);
-        throw Stopped("stopped by the operator; the tool went back to " + point_text(position_) + " and rests there");
+        throw Stopped(fmt::format("stopped by the operator; the tool went back to {} and rests there", point_text(position_)));
     } catch (const DeviceError& failure) {
         back_off_after(failure, way);
         throw;
@@ -277,20 +285,20 @@ MoveResult ModbusDevice::move(const Point& target, Pace pace) {
 MoveResult ModbusDevice::finish(const MotionEnd& end, const Way& way) {
     MoveResult result;
     for (const DeviceEvent::Kind kind : end.events) result.events.push_back({kind, end.status.actual - options_.origin});
-    const std::string on_the_way = " on the way to " + point_text(way.target) + " (machine)";
+    const std::string on_the_way = fmt::format("on the way to {} (machine)", point_text(way.target));
     if (end.edges == 0 && !end.is_stored) {
-        if (end.status.is_probe_closed) throw BadAnswer("the probe is closed, but no touch was latched" + on_the_way);
+        if (end.status.is_probe_closed) throw BadAnswer(fmt::format("the probe is closed, but no touch was latched {}", on_the_way));
         if (!end.is_at_target) {
-            throw DeviceAlarm(0,
-                              where() + " stopped at " + point_text(end.status.actual) + on_the_way +
-                                  " and latched no touch: somebody halted it, or the probe closed for a moment; nothing more was sent to "
-                                  "it; look at it, then recover");
+            throw DeviceAlarm(
+                0, fmt::format("{} stopped at {} {} and latched no touch: somebody halted it, or the probe closed for a moment; nothing "
+                               "more was sent to it; look at it, then recover",
+                               where(), point_text(end.status.actual), on_the_way));
         }
         return result;
     }
     if (end.edges != 1 || !end.is_stored) {
-        throw BadAnswer(where() + " counted " + std::to_string(end.edges) + " touches" + on_the_way + " and latched " +
-                        (end.is_stored ? "one" : "none") + "; a touch was missed or repeated: does the probe bounce?");
+        throw BadAnswer(fmt::format("{} counted {} touches {} and latched {}; a touch was missed or repeated: does the probe bounce?",
+                                    where(), end.edges, on_the_way, end.is_stored ? "one" : "none"));
     }
     check_contact(end.status, way);
     check_run_on(end.status, way);
@@ -303,9 +311,9 @@ MoveResult ModbusDevice::finish(const MotionEnd& end, const Way& way) {
 
 void ModbusDevice::check_contact(const ModbusStatus& status, const Way& way) const {
     if (const double off = way.distance_to(status.latched); off > motion_->tolerance()) {
-        throw BadAnswer(where() + " latched a touch at " + point_text(status.latched) + ", " + std::to_string(off) +
-                        " mm off the way from " + point_text(way.start) + " to " + point_text(way.target) +
-                        " (machine): is it the latch of an earlier move?");
+        throw BadAnswer(
+            fmt::format("{} latched a touch at {}, {:f} mm off the way from {} to {} (machine): is it the latch of an earlier move?",
+                        where(), point_text(status.latched), off, point_text(way.start), point_text(way.target)));
     }
 }
 
@@ -314,13 +322,15 @@ void ModbusDevice::check_run_on(const ModbusStatus& status, const Way& way) {
     const double ran_on = way.place_of(status.actual) - way.place_of(status.latched);
     const bool is_too_far = ran_on > options_.motion.overtravel_mm + motion_->tolerance();
     if (ran_on < -motion_->tolerance() || (is_too_far && !status.is_probe_closed)) {
-        motion_->refuse(status, where() + " says that the tool is at " + point_text(status.actual) + ", " +
-                                    std::to_string(std::abs(ran_on)) + " mm " + (is_too_far ? "behind" : "before") + " the touch at " +
-                                    point_text(status.latched) + " (machine)" + (is_too_far ? " with the probe open" : ""));
+        motion_->refuse(status, fmt::format("{} says that the tool is at {}, {:f} mm {} the touch at {} (machine){}", where(),
+                                            point_text(status.actual), std::abs(ran_on), is_too_far ? "behind" : "before",
+                                            point_text(status.latched), is_too_far ? " with the probe open" : ""));
     }
     if (is_too_far) {
-        throw BadAnswer(where() + " ran on by " + std::to_string(ran_on) + " mm after the touch at " + point_text(status.latched) +
-                        " (machine), more than the probe gives way; look at the probe, and give the true acceleration and latency");
+        throw BadAnswer(
+            fmt::format("{} ran on by {:f} mm after the touch at {} (machine), more than the probe gives way; look at the probe, and give "
+                        "the true acceleration and latency",
+                        where(), ran_on, point_text(status.latched)));
     }
 }
 
@@ -329,8 +339,8 @@ ModbusStatus ModbusDevice::go(const ModbusStatus& status, const Way& way, double
     const Point target = place <= 0.0 ? way.start : way.at(place);
     MotionEnd end = motion_->run(status, {way, target, options_.motion.feeds.probe_mm_per_s, edge}, {});
     if (!end.is_at_target && !end.is_stored && end.edges == 0 && !end.status.is_probe_closed) {
-        motion_->refuse(end.status, where() + " says that it stands at " + point_text(end.status.actual) + " after a move to " +
-                                        point_text(target) + " (machine) that nothing ended");
+        motion_->refuse(end.status, fmt::format("{} says that it stands at {} after a move to {} (machine) that nothing ended", where(),
+                                                point_text(end.status.actual), point_text(target)));
     }
     return end.status;
 }
@@ -363,8 +373,10 @@ void ModbusDevice::draw_back(const ModbusStatus& status, const Way& way, double 
             return;
         }
     }
-    throw ProbeClosed("the probe did not open on the way back to " + point_text(way.start) +
-                      " (machine): the tool may be pressed on, or the probe is stuck; look at it, and free it by the machine's own means");
+    throw ProbeClosed(
+        fmt::format("the probe did not open on the way back to {} (machine): the tool may be pressed on, or the probe is stuck; look at "
+                    "it, and free it by the machine's own means",
+                    point_text(way.start)));
 }
 
 // Stops a move that failed and leaves the device idle with the probe open; if it throws, the device is in fault. Where the probe is
@@ -378,8 +390,8 @@ void ModbusDevice::back_off(const Way& way) {
     } else if (way.distance_to(status.actual) <= motion_->tolerance()) {
         draw_back(status, way, way.place_of(status.actual) - options_.motion.retract_mm);
     } else {
-        motion_->refuse(status, where() + " says that the tool is at " + point_text(status.actual) + ", beside the way from " +
-                                    point_text(way.start) + " to " + point_text(way.target) + " (machine)");
+        motion_->refuse(status, fmt::format("{} says that the tool is at {}, beside the way from {} to {} (machine)", where(),
+                                            point_text(status.actual), point_text(way.start), point_text(way.target)));
     }
     way_back_.reset();
     state_ = State::idle;
@@ -394,8 +406,10 @@ void ModbusDevice::go_back(const Way& way) {
     const ModbusStatus end = go(status, way, 0.0, ProbeEdge::closing);
     position_ = end.actual - options_.origin;
     if (end.is_probe_closed || !motion_->is_near(end.actual, way.start)) {
-        throw ProbeClosed("stopped by the operator; on the way back to " + point_text(way.start - options_.origin) +
-                          " the probe touched something, at " + point_text(position_) + ": look what is there before you go on");
+        throw ProbeClosed(
+            fmt::format("stopped by the operator; on the way back to {} the probe touched something, at {}: look what is there before you "
+                        "go on",
+                        point_text(way.start - options_.origin), point_text(position_)));
     }
     position_ = way.start - options_.origin;
     state_ = State::idle;
@@ -404,7 +418,7 @@ void ModbusDevice::go_back(const Way& way) {
 // Both failures are told: the first is the cause.
 void ModbusDevice::back_off_after(const DeviceError& failure, const Way& way) {
     const auto both = [&](const DeviceError& second) {
-        return std::string(failure.what()) + "; and then backing off failed, so that the tool may be pressed on: " + second.what();
+        return fmt::format("{}; and then backing off failed, so that the tool may be pressed on: {}", failure.what(), second.what());
     };
     try {
         back_off(way);
@@ -421,7 +435,7 @@ void ModbusDevice::back_off_after(const DeviceError& failure, const Way& way) {
 
 void ModbusDevice::stop() {
     if (state_ == State::lost)
-        throw ConnectionLost("cannot stop " + where() + ": no connection; its controller stops by itself when it is not heard");
+        throw ConnectionLost(fmt::format("cannot stop {}: no connection; its controller stops by itself when it is not heard", where()));
     try {
         (void)motion_->stop();
     } catch (const ConnectionLost&) {
@@ -443,10 +457,10 @@ void ModbusDevice::retreat(const Point& start) {
 void ModbusDevice::leave_surface(const ModbusStatus& status) {
     const Way way = *way_back_;
     if (const double off = way.distance_to(status.actual); off > motion_->tolerance()) {
-        throw BadAnswer(where() + " says that the tool is at " + point_text(status.actual) + ", " + std::to_string(off) +
-                        " mm off the way back to " + point_text(way.start) +
-                        " (machine), and the probe is closed: nothing was moved, and the tool may be pressed on; bring it off by the "
-                        "machine's own means, then recover");
+        throw BadAnswer(
+            fmt::format("{} says that the tool is at {}, {:f} mm off the way back to {} (machine), and the probe is closed: nothing was "
+                        "moved, and the tool may be pressed on; bring it off by the machine's own means, then recover",
+                        where(), point_text(status.actual), off, point_text(way.start)));
     }
     if (!status.has(cia402::kOperationEnabled)) client_->enable();
     state_ = State::stopping;

@@ -1,5 +1,7 @@
 #include "devices/modbus/modbus_link.h"
 
+#include <fmt/format.h>
+#include <fmt/ranges.h>
 #include <modbus/modbus.h>
 #include <netdb.h>
 #include <sys/socket.h>
@@ -8,7 +10,6 @@
 #include <algorithm>
 #include <array>
 #include <cerrno>
-#include <cstdio>
 #include <optional>
 #include <utility>
 
@@ -28,19 +29,10 @@ struct FreeContext {
 using Context = std::unique_ptr<modbus_t, FreeContext>;
 
 // Registers as frames carry them: "001F 0001 1170".
-std::string hex_text(std::span<const std::uint16_t> words) {
-    std::string text;
-    for (const std::uint16_t word : words) {
-        std::array<char, 8> digits{};
-        (void)std::snprintf(digits.data(), digits.size(), "%s%04X", text.empty() ? "" : " ", static_cast<unsigned>(word));
-        text += digits.data();
-    }
-    return text;
-}
+std::string hex_text(std::span<const std::uint16_t> words) { return fmt::format("{:04X}", fmt::join(words, " ")); }
 
 std::string request_text(const char* what, int address, std::size_t registers) {
-    return std::string(what) + " of registers " + std::to_string(address) + " to " +
-           std::to_string(address + static_cast<int>(registers) - 1);
+    return fmt::format("{} of registers {} to {}", what, address, address + static_cast<int>(registers) - 1);
 }
 
 // The numbers that numeric hosts stand for, so that one machine has one name.
@@ -49,7 +41,7 @@ std::vector<std::string> addresses_of(const ModbusTcp& tcp) {
     hints.ai_socktype = SOCK_STREAM;
     addrinfo* found = nullptr;
     if (const int error = ::getaddrinfo(tcp.host.c_str(), nullptr, &hints, &found); error != 0) {
-        throw ConnectionLost("cannot find the host \"" + tcp.host + "\": " + ::gai_strerror(error) + "; is the name right?");
+        throw ConnectionLost(fmt::format("cannot find the host \"{}\": {}; is the name right?", tcp.host, ::gai_strerror(error)));
     }
     const std::unique_ptr<addrinfo, decltype(&::freeaddrinfo)> owner(found, &::freeaddrinfo);
     std::vector<std::string> numbers;
@@ -63,14 +55,14 @@ std::vector<std::string> addresses_of(const ModbusTcp& tcp) {
 }
 
 void check_options(const ModbusLinkOptions& options) {
-    const auto refuse = [](const std::string& what) { throw DeviceError("Modbus link: " + what); };
+    const auto refuse = [](const std::string& what) { throw DeviceError(fmt::format("Modbus link: {}", what)); };
     const auto* tcp = std::get_if<ModbusTcp>(&options.where);
     const bool unit_is_known = (options.unit >= 0 && options.unit <= 247) || (tcp != nullptr && options.unit == MODBUS_TCP_SLAVE);
-    if (!unit_is_known) refuse("unit " + std::to_string(options.unit) + "; allowed: 0 to 247, on TCP 255 too");
-    if (tcp != nullptr && (tcp->port < 1 || tcp->port > 65535)) refuse("port " + std::to_string(tcp->port) + "; allowed: 1 to 65535");
+    if (!unit_is_known) refuse(fmt::format("unit {}; allowed: 0 to 247, on TCP 255 too", options.unit));
+    if (tcp != nullptr && (tcp->port < 1 || tcp->port > 65535)) refuse(fmt::format("port {}; allowed: 1 to 65535", tcp->port));
     if (const auto* rtu = std::get_if<ModbusRtu>(&options.where)) {
         // libmodbus would take 9600 for one that it does not know.
-        if (!is_serial_speed(rtu->baud)) refuse("baud " + std::to_string(rtu->baud) + "; allowed: " + serial_speeds());
+        if (!is_serial_speed(rtu->baud)) refuse(fmt::format("baud {}; allowed: {}", rtu->baud, serial_speeds()));
         if (rtu->parity != 'N' && rtu->parity != 'E' && rtu->parity != 'O') refuse("parity; allowed: N, E, O");
         if (rtu->stop_bits != 1 && rtu->stop_bits != 2) refuse("stop bits; allowed: 1, 2");
     }
@@ -129,8 +121,8 @@ void ModbusLink::connect() {
             error = errno;
         }
     }
-    throw ConnectionLost("cannot connect to " + name() + ": " + modbus_strerror(error) +
-                         "; is the controller on, is the address right, and may you use it?");
+    throw ConnectionLost(fmt::format("cannot connect to {}: {}; is the controller on, is the address right, and may you use it?", name(),
+                                     modbus_strerror(error)));
 }
 
 void ModbusLink::reconnect(const std::stop_token& stop) {
@@ -141,7 +133,7 @@ void ModbusLink::reconnect(const std::stop_token& stop) {
             return connect();
         } catch (const ConnectionLost& error) {
             if (clock_.now() >= give_up_at || stop.stop_requested()) {
-                throw ConnectionLost(std::string(error.what()) + " (given up after " + std::to_string(attempt) + " attempts)");
+                throw ConnectionLost(fmt::format("{} (given up after {} attempts)", error.what(), attempt));
             }
         }
         clock_.sleep(nanoseconds(options_.reconnect_pause));
@@ -149,13 +141,12 @@ void ModbusLink::reconnect(const std::stop_token& stop) {
 }
 
 std::string ModbusLink::name() const {
-    const std::string unit = "unit " + std::to_string(options_.unit) + " at ";
-    if (const auto* rtu = std::get_if<ModbusRtu>(&options_.where)) return unit + rtu->path;
+    if (const auto* rtu = std::get_if<ModbusRtu>(&options_.where)) return fmt::format("unit {} at {}", options_.unit, rtu->path);
     const auto& tcp = std::get<ModbusTcp>(options_.where);
-    return unit + tcp.host + ":" + std::to_string(tcp.port);
+    return fmt::format("unit {} at {}:{}", options_.unit, tcp.host, tcp.port);
 }
 
-std::string ModbusLink::last_exchange() const { return "last request: " + request_ + "; answer: " + answer_; }
+std::string ModbusLink::last_exchange() const { return fmt::format("last request: {}; answer: {}", request_, answer_); }
 
 // Leaves the line alone until no answer can come any more, and drops what came.
 void ModbusLink::settle(std::chrono::nanoseconds asked_at) {
@@ -171,40 +162,41 @@ void ModbusLink::wait_for_gap() {
 void ModbusLink::lose(int error) {
     connection_.reset();
     answer_ = modbus_strerror(error);
-    throw ConnectionLost("lost the connection to " + name() + ": " + answer_ + "; " + last_exchange() +
-                         "; look at cable and power, then connect again");
+    throw ConnectionLost(
+        fmt::format("lost the connection to {}: {}; {}; look at cable and power, then connect again", name(), answer_, last_exchange()));
 }
 
 void ModbusLink::fail(int error, std::chrono::nanoseconds asked_at) {
     if (error == ETIMEDOUT) {
         settle(asked_at);
-        answer_ = "none within " + std::to_string(options_.answer_timeout.count()) + " s";
-        throw DeviceTimeout(
-            "no answer from " + name() + "; " + last_exchange() + "; is the controller on, and does it have this unit number" +
-            (std::holds_alternative<ModbusRtu>(options_.where) ? ", do speed and parity match, and are the two wires the right way round?"
-                                                               : ", or is that a gateway which does not reach it?") +
-            " (A unit that nobody has is silent; an address that nobody has is an exception.)");
+        answer_ = fmt::format("none within {:f} s", options_.answer_timeout.count());
+        throw DeviceTimeout(fmt::format(
+            "no answer from {}; {}; is the controller on, and does it have this unit number{} (A unit that nobody has is silent; an "
+            "address that nobody has is an exception.)",
+            name(), last_exchange(),
+            std::holds_alternative<ModbusRtu>(options_.where) ? ", do speed and parity match, and are the two wires the right way round?"
+                                                              : ", or is that a gateway which does not reach it?"));
     }
     if (error > MODBUS_ENOBASE && error <= EMBXGTAR) {
         const int code = error - MODBUS_ENOBASE;
-        answer_ = "exception " + std::to_string(code) + " (" + modbus_strerror(error) + ")";
-        const std::string hint = error == EMBXILADD ? "; it has no such registers: does the profile fit the controller?"
+        answer_ = fmt::format("exception {} ({})", code, modbus_strerror(error));
+        const char* const hint = error == EMBXILADD ? "; it has no such registers: does the profile fit the controller?"
                                  : error == EMBXGTAR || error == EMBXGPATH ? "; the gateway does not reach that unit: is its number right?"
                                                                            : "";
-        throw DeviceRefused(code, name() + " refused: " + last_exchange() + hint);
+        throw DeviceRefused(code, fmt::format("{} refused: {}{}", name(), last_exchange(), hint));
     }
     if (error >= EMBBADCRC && error <= EMBBADSLAVE) {
         settle(asked_at);
         answer_ = modbus_strerror(error);
-        const std::string hint = error == EMBBADSLAVE ? "; another unit answered: do two have the same number?" : "";
-        throw BadAnswer("what " + name() + " sent is no answer: " + last_exchange() + hint);
+        const char* const hint = error == EMBBADSLAVE ? "; another unit answered: do two have the same number?" : "";
+        throw BadAnswer(fmt::format("what {} sent is no answer: {}{}", name(), last_exchange(), hint));
     }
     lose(error);
 }
 
 template <class Call>
 void ModbusLink::exchange(const std::string& request, const Call& call) {
-    if (!connection_) throw ConnectionLost("not connected to " + name() + "; connect again");
+    if (!connection_) throw ConnectionLost(fmt::format("not connected to {}; connect again", name()));
     wait_for_gap();
     request_ = request;
     answer_ = "none yet";
@@ -226,8 +218,8 @@ std::vector<std::uint16_t> ModbusLink::read(int address, int registers) {
 
 std::vector<std::uint16_t> ModbusLink::write_and_read(int write_address, std::span<const std::uint16_t> words, int address, int registers) {
     std::vector<std::uint16_t> answer(static_cast<std::size_t>(registers));
-    exchange(request_text("write", write_address, words.size()) + " with " + hex_text(words) + " and " +
-                 request_text("read (FC23)", address, answer.size()),
+    exchange(fmt::format("{} with {} and {}", request_text("write", write_address, words.size()), hex_text(words),
+                         request_text("read (FC23)", address, answer.size())),
              [&](modbus_t* context) {
                  return modbus_write_and_read_registers(context, write_address, static_cast<int>(words.size()), words.data(), address,
                                                         registers, answer.data());
@@ -237,7 +229,7 @@ std::vector<std::uint16_t> ModbusLink::write_and_read(int write_address, std::sp
 }
 
 void ModbusLink::write(int address, std::span<const std::uint16_t> words) {
-    exchange(request_text("write (FC16)", address, words.size()) + " with " + hex_text(words),
+    exchange(fmt::format("{} with {}", request_text("write (FC16)", address, words.size()), hex_text(words)),
              [&](modbus_t* context) { return modbus_write_registers(context, address, static_cast<int>(words.size()), words.data()); });
     answer_ = "accepted";
 }

@@ -1,5 +1,7 @@
 #include "devices/modbus/modbus_machine.h"
 
+#include <fmt/format.h>
+
 #include <utility>
 
 #include "devices/modbus/modbus_bits.h"
@@ -10,7 +12,7 @@ namespace {
 
 MachineReport to_report(const ModbusReport& said, const Point& origin) {
     MachineReport report;
-    report.identity = said.identity + ", " + said.link + ", profile " + said.profile;
+    report.identity = fmt::format("{}, {}, profile {}", said.identity, said.link, said.profile);
     report.state = said.fault_code != 0 ? "fault" : !said.is_homed ? "not homed" : said.is_standing ? "standing" : "moving";
     report.needs_homing = !said.is_homed;
     report.position = said.position - origin;
@@ -22,7 +24,7 @@ MachineReport to_report(const ModbusReport& said, const Point& origin) {
     report.settings.push_back({"fault", said.lines().back(), said.fault_code == 0 ? "" : "clear its cause"});
     add("probe", !said.is_probe_closed, "open", "closed", "free it, or look at its lead");
     if (const std::string problem = said.position_problem(); !problem.empty()) {
-        report.settings.push_back({"position", point_text(said.position) + " (machine)", problem});
+        report.settings.push_back({"position", fmt::format("{} (machine)", point_text(said.position)), problem});
     }
     report.settings.push_back({"answers", said.timing_text(), said.timing_problem()});
     return report;

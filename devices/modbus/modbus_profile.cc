@@ -1,5 +1,7 @@
 #include "devices/modbus/modbus_profile.h"
 
+#include <fmt/format.h>
+
 #include <algorithm>
 #include <cassert>
 #include <cmath>
@@ -55,17 +57,17 @@ bool is_position(ModbusField field) {
 bool is_quantity(ModbusField field) { return is_position(field) || field == ModbusField::velocity || field == ModbusField::acceleration; }
 
 [[noreturn]] void fail(std::string_view entry, const std::string& what) {
-    throw std::invalid_argument("Modbus profile: " + std::string(entry) + ": " + what);
+    throw std::invalid_argument(fmt::format("Modbus profile: {}: {}", entry, what));
 }
 
 void check_register(ModbusField field, const ModbusRegister& entry) {
     const std::string_view name = name_of(field);
     if (entry.bits != kWordBits && entry.bits != 2 * kWordBits) {
-        fail(name, "a width of " + std::to_string(entry.bits) + " bits; allowed: 16, 32");
+        fail(name, fmt::format("a width of {} bits; allowed: 16, 32", entry.bits));
     }
     if (!is_quantity(field) && (entry.bits != kWordBits || entry.is_signed)) fail(name, "is a word of bits or a counter; allowed: u16");
     if (entry.address < 0 || entry.address > kLastAddress + 1 - entry.registers()) {
-        fail(name, "the address " + std::to_string(entry.address) + " is out of range; allowed: 0 to 65535, for all of its registers");
+        fail(name, fmt::format("the address {} is out of range; allowed: 0 to 65535, for all of its registers", entry.address));
     }
     if (!std::isfinite(entry.unit) || entry.unit <= 0.0) fail(name, "the unit is not greater than 0");
     if (!is_quantity(field) && entry.unit != 1.0) fail(name, "is a word of bits or a counter; allowed: a unit of 1");
@@ -73,7 +75,7 @@ void check_register(ModbusField field, const ModbusRegister& entry) {
 }
 
 void check_bit(std::string_view name, int bit) {
-    if (bit < 0 || bit >= kWordBits) fail(name, "is " + std::to_string(bit) + "; allowed: 0 to 15");
+    if (bit < 0 || bit >= kWordBits) fail(name, fmt::format("is {}; allowed: 0 to 15", bit));
 }
 
 void check_time(std::string_view name, Seconds time) {
@@ -94,8 +96,7 @@ void check_overlaps(const ModbusProfile& profile) {
     std::ranges::sort(entries, {}, &Entry::first);
     for (std::size_t i = 1; i < entries.size(); ++i) {
         if (entries[i].first < entries[i - 1].end) {
-            fail(entries[i].name,
-                 "lies on a register of " + std::string(entries[i - 1].name) + " (" + std::to_string(entries[i].first) + ")");
+            fail(entries[i].name, fmt::format("lies on a register of {} ({})", entries[i - 1].name, entries[i].first));
         }
     }
 }
@@ -107,15 +108,16 @@ void check_blocks(const ModbusProfile& profile) {
     }
     const ModbusSpan command = span_of(profile, ModbusBlock::command);
     if (command.registers != commanded) {
-        fail("the command block", "control_word to sequence fill " + std::to_string(commanded) + " registers of the " +
-                                      std::to_string(command.registers) + " that they span; allowed: no gaps, one frame carries them all");
+        fail("the command block", fmt::format("control_word to sequence fill {} registers of the {} that they span; allowed: no gaps, one "
+                                              "frame carries them all",
+                                              commanded, command.registers));
     }
     if (commanded > kMaxWriteRegisters) fail("the command block", "is too long for one frame; allowed: 123 registers");
     for (const auto& [block, name] :
          {std::pair{ModbusBlock::status, "the status block"}, std::pair{ModbusBlock::limits, "the limits block"}}) {
         const int registers = span_of(profile, block).registers;
         if (registers > kMaxReadRegisters) {
-            fail(name, "spans " + std::to_string(registers) + " registers; allowed: 125, one frame carries them all");
+            fail(name, fmt::format("spans {} registers; allowed: 125, one frame carries them all", registers));
         }
     }
 }
@@ -163,11 +165,10 @@ void check_profile(const ModbusProfile& profile) {
     for (const ModbusField field : all_modbus_fields()) check_register(field, profile[field]);
     const ModbusSpan& identity = profile.identity;
     if (identity.registers < 1 || identity.registers > kMaxReadRegisters) {
-        fail("identity", std::to_string(identity.registers) + " registers; allowed: 1 to 125");
+        fail("identity", fmt::format("{} registers; allowed: 1 to 125", identity.registers));
     }
     if (identity.address < 0 || identity.address > kLastAddress + 1 - identity.registers) {
-        fail("identity",
-             "the address " + std::to_string(identity.address) + " is out of range; allowed: 0 to 65535, for all of its registers");
+        fail("identity", fmt::format("the address {} is out of range; allowed: 0 to 65535, for all of its registers", identity.address));
     }
     check_bit("homed_bit", profile.homed_bit);
     check_bit("probe_closed_bit", profile.probe_closed_bit);
@@ -194,8 +195,8 @@ void put_value(std::span<std::uint16_t> words, int first_address, const ModbusPr
     const double low = entry.is_signed ? -std::exp2(entry.bits - 1) : 0.0;
     const double high = std::exp2(entry.is_signed ? entry.bits - 1 : entry.bits) - 1.0;
     if (!(counts >= low && counts <= high)) {
-        throw OutOfLimits(std::string(name_of(field)) + " = " + std::to_string(value) + " does not fit the " + std::to_string(entry.bits) +
-                          " bits that the controller has for it; nothing was sent");
+        throw OutOfLimits(fmt::format("{} = {:f} does not fit the {} bits that the controller has for it; nothing was sent", name_of(field),
+                                      value, entry.bits));
     }
     const auto bits = static_cast<std::uint32_t>(static_cast<std::int64_t>(counts));
     const auto at = static_cast<std::size_t>(entry.address - first_address);

@@ -1,5 +1,7 @@
 #include "devices/posix/port_list.h"
 
+#include <fmt/format.h>
+
 #include <algorithm>
 #include <fstream>
 #include <system_error>
@@ -33,7 +35,7 @@ PortInfo describe(const fs::path& port) {
     // The USB device is a few folders above its interface.
     for (fs::path folder = device; folder.has_relative_path(); folder = folder.parent_path()) {
         if (!fs::exists(folder / "idVendor", error)) continue;
-        info.usb_id = first_line(folder / "idVendor") + ':' + first_line(folder / "idProduct");
+        info.usb_id = fmt::format("{}:{}", first_line(folder / "idVendor"), first_line(folder / "idProduct"));
         info.manufacturer = first_line(folder / "manufacturer");
         info.product = first_line(folder / "product");
         info.serial = first_line(folder / "serial");

@@ -1,6 +1,8 @@
 #include "devices/posix/serial_port.h"
 
 #include <fcntl.h>
+#include <fmt/format.h>
+#include <fmt/ranges.h>
 #include <poll.h>
 #include <sys/file.h>
 #include <sys/ioctl.h>
@@ -10,6 +12,7 @@
 #include <algorithm>
 #include <array>
 #include <cerrno>
+#include <ranges>
 #include <system_error>
 #include <thread>
 
@@ -71,15 +74,11 @@ std::string advice(int error) {
 
 bool is_serial_speed(int baud) { return find_speed(baud) != nullptr; }
 
-std::string serial_speeds() {
-    std::string text;
-    for (const Speed& speed : kSpeeds) text += (text.empty() ? "" : ", ") + std::to_string(speed.baud);
-    return text;
-}
+std::string serial_speeds() { return fmt::format("{}", fmt::join(kSpeeds | std::views::transform(&Speed::baud), ", ")); }
 
 SerialPort::SerialPort(const SerialPortOptions& options) : path_(options.path) {
     file_ = ::open(path_.c_str(), O_RDWR | O_NOCTTY | O_NONBLOCK | O_CLOEXEC);
-    if (file_ < 0) throw DeviceError(path_ + ": cannot be opened: " + advice(errno));
+    if (file_ < 0) throw DeviceError(fmt::format("{}: cannot be opened: {}", path_, advice(errno)));
     try {
         lock();
         configure(options);
@@ -94,14 +93,17 @@ SerialPort::~SerialPort() { ::close(file_); }
 void SerialPort::lock() const {
     // TIOCEXCL keeps out other programs, but not those of root; flock keeps out other Palpates, whoever runs them.
     if (::flock(file_, LOCK_EX | LOCK_NB) != 0) {
-        throw DeviceError(path_ + ": is in use by another process; one machine takes one session at a time: end the other first");
+        throw DeviceError(
+            fmt::format("{}: is in use by another process; one machine takes one session at a time: end the other first", path_));
     }
     ::ioctl(file_, TIOCEXCL);
 }
 
 void SerialPort::configure(const SerialPortOptions& options) const {
     termios settings{};
-    if (::tcgetattr(file_, &settings) != 0) throw DeviceError(path_ + ": is no serial port; `palpate ports` lists those that there are");
+    if (::tcgetattr(file_, &settings) != 0) {
+        throw DeviceError(fmt::format("{}: is no serial port; `palpate ports` lists those that there are", path_));
+    }
     ::cfmakeraw(&settings);
     settings.c_cflag |= CLOCAL | CREAD;
     settings.c_cflag &= ~static_cast<tcflag_t>(CSTOPB | CRTSCTS);
@@ -114,10 +116,10 @@ void SerialPort::configure(const SerialPortOptions& options) const {
     settings.c_cc[VTIME] = 0;
     const Speed* const speed = find_speed(options.baud);
     if (speed == nullptr) {
-        throw DeviceError(path_ + ": " + std::to_string(options.baud) + " baud is no speed of serial ports; allowed: " + serial_speeds());
+        throw DeviceError(fmt::format("{}: {} baud is no speed of serial ports; allowed: {}", path_, options.baud, serial_speeds()));
     }
     if (::cfsetspeed(&settings, speed->code) != 0 || ::tcsetattr(file_, TCSANOW, &settings) != 0) {
-        throw DeviceError(path_ + ": does not take " + std::to_string(options.baud) + " baud: " + reason(errno));
+        throw DeviceError(fmt::format("{}: does not take {} baud: {}", path_, options.baud, reason(errno)));
     }
     if (options.reset) {
         // A pseudo-terminal has no such lines, and nothing to reset.
@@ -131,7 +133,7 @@ void SerialPort::configure(const SerialPortOptions& options) const {
 }
 
 void SerialPort::fail_lost(const std::string& what) const {
-    throw ConnectionLost(path_ + ": the connection is lost (" + what + "): plug it in again, check the machine, then resume");
+    throw ConnectionLost(fmt::format("{}: the connection is lost ({}): plug it in again, check the machine, then resume", path_, what));
 }
 
 std::string SerialPort::read(std::chrono::milliseconds timeout) {

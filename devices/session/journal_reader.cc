@@ -1,4 +1,6 @@
 // Reading journal.jsonl; writing is journal_writer.cc.
+#include <fmt/format.h>
+
 #include <algorithm>
 #include <fstream>
 #include <nlohmann/json.hpp>
@@ -17,24 +19,25 @@ constexpr std::string_view kAdvice =
 // One line, whose keys are taken one after the other; what is left over is an error.
 class Line {
 public:
-    Line(const std::string& name, std::uint64_t number, std::string_view text) : where_(name + ':' + std::to_string(number + 1) + ": ") {
+    Line(const std::string& name, std::uint64_t number, std::string_view text) : where_(fmt::format("{}:{}", name, number + 1)) {
         // The check first: what it covers needs no suspicion, but for a writer that is not ours.
         constexpr std::string_view kMark = R"(,"crc":")";
         const std::size_t mark = text.rfind(kMark);
-        if (mark == std::string_view::npos || text.substr(mark) != std::string(kMark) + digest(std::string(text.substr(0, mark))) + "\"}") {
+        if (mark == std::string_view::npos ||
+            text.substr(mark) != fmt::format("{}{}\"}}", kMark, digest(std::string(text.substr(0, mark))))) {
             fail("the check sum does not fit the line");
         }
         json_ = Json::parse(text, nullptr, false);
         if (!json_.is_object()) fail("is no JSON object");
         json_.erase("crc");
-        if (take("n") != Json(number)) fail("is not line number " + std::to_string(number) + ": lines are missing, or there twice");
+        if (take("n") != Json(number)) fail(fmt::format("is not line number {}: lines are missing, or there twice", number));
     }
 
-    [[noreturn]] void fail(const std::string& what) const { throw JournalDamaged(where_ + what + std::string(kAdvice)); }
+    [[noreturn]] void fail(const std::string& what) const { throw JournalDamaged(fmt::format("{}: {}{}", where_, what, kAdvice)); }
     [[nodiscard]] bool has(const char* key) const { return json_.contains(key); }
     Json take(const char* key) {
         const auto found = json_.find(key);
-        if (found == json_.end()) fail(std::string("\"") + key + "\" is missing");
+        if (found == json_.end()) fail(fmt::format("\"{}\" is missing", key));
         Json value = std::move(*found);
         json_.erase(found);
         return value;
@@ -42,17 +45,17 @@ public:
     Point take_place(const char* key) { return place(take(key)); }
     std::string take_text(const char* key) {
         const Json value = take(key);
-        if (!value.is_string()) fail(std::string("\"") + key + "\" is no text");
+        if (!value.is_string()) fail(fmt::format("\"{}\" is no text", key));
         return value.get<std::string>();
     }
     std::uint64_t take_line(const char* key) {
         const Json value = take(key);
-        if (!value.is_number_unsigned()) fail(std::string("\"") + key + "\" is no line number");
+        if (!value.is_number_unsigned()) fail(fmt::format("\"{}\" is no line number", key));
         return value.get<std::uint64_t>();
     }
     double take_number(Json& from, const char* key) {
         const auto found = from.find(key);
-        if (found == from.end() || !found->is_number()) fail(std::string("\"") + key + "\" is no number");
+        if (found == from.end() || !found->is_number()) fail(fmt::format("\"{}\" is no number", key));
         return found->get<double>();
     }
     [[nodiscard]] Point place(const Json& value) const {
@@ -69,10 +72,10 @@ public:
         for (const auto& [value, word] : words) {
             if (json == Json(word)) return value;
         }
-        fail(json.dump() + " is no word that is known here");
+        fail(fmt::format("{} is no word that is known here", json.dump()));
     }
     void finish() const {
-        if (!json_.empty()) fail("\"" + json_.begin().key() + "\" is unknown");
+        if (!json_.empty()) fail(fmt::format("\"{}\" is unknown", json_.begin().key()));
     }
 
 private:
@@ -114,7 +117,7 @@ JournalResumption read_resumption(Line& line) {
     JournalResumption resumption;
     if (!resumed.is_object() || resumed.size() != (resumed.contains("after_miss") ? 4 : 3)) line.fail("\"resumed\" is none");
     for (const char* list : {"contacts", "offsets"}) {
-        if (!resumed.contains(list) || !resumed[list].is_array()) line.fail("\"resumed\" has no list of " + std::string(list));
+        if (!resumed.contains(list) || !resumed[list].is_array()) line.fail(fmt::format("\"resumed\" has no list of {}", list));
     }
     for (const Json& contact : resumed["contacts"]) {
         if (!contact.is_number_unsigned()) line.fail("a contact is no line number");
@@ -193,13 +196,13 @@ Journal parse_journal(const std::string& text, const std::string& name) {
     }
     journal.dropped_bytes = left.size();
     if (journal.lines == 0)
-        throw JournalDamaged(name + ":1: holds no session: it ended before its first line was written; begin a new one");
+        throw JournalDamaged(fmt::format("{}:1: holds no session: it ended before its first line was written; begin a new one", name));
     return journal;
 }
 
 Journal read_journal(const std::filesystem::path& file) {
     std::ifstream in(file, std::ios::binary);
-    if (!in) throw JournalError(file.string() + ": cannot be read: is there a session in that folder?");
+    if (!in) throw JournalError(fmt::format("{}: cannot be read: is there a session in that folder?", file.string()));
     const std::string text((std::istreambuf_iterator<char>(in)), std::istreambuf_iterator<char>());
     return parse_journal(text, file.string());
 }

@@ -3,14 +3,15 @@
 // Lines are put together by hand, although nlohmann-json reads them: it cannot be told how to write a number. It has 977.0 for 977, and one
 // or more digits too many in 0.04 % of random doubles within a metre.
 #include <fcntl.h>
+#include <fmt/format.h>
+#include <fmt/ranges.h>
 #include <sys/file.h>
 #include <unistd.h>
 #include <zlib.h>
 
-#include <array>
 #include <cerrno>
 #include <cmath>
-#include <cstdio>
+#include <ranges>
 #include <system_error>
 
 #include "devices/session/internal/journal_words.h"
@@ -28,7 +29,7 @@ std::string number(double x) {
     return number_text(x);
 }
 
-std::string place(const Point& p) { return '[' + number(p.x()) + ',' + number(p.y()) + ',' + number(p.z()) + ']'; }
+std::string place(const Point& p) { return fmt::format("[{},{},{}]", number(p.x()), number(p.y()), number(p.z())); }
 
 // A JSON string; the texts are ours or a controller's, and what is not printable ASCII in them is of no use.
 std::string quoted(const std::string& text) {
@@ -55,9 +56,7 @@ void sync_folder(const fs::path& file) {
 
 std::string digest(const std::string& text) {
     const uLong crc = ::crc32_z(0, reinterpret_cast<const Bytef*>(text.data()), text.size());
-    std::array<char, 9> digits{};
-    std::snprintf(digits.data(), digits.size(), "%08lx", crc);
-    return digits.data();
+    return fmt::format("{:08x}", crc);
 }
 
 JournalWriter::JournalWriter(const fs::path& file) : JournalWriter(file, 0) {}
@@ -67,7 +66,7 @@ JournalWriter::JournalWriter(const fs::path& file, int more_flags) : path_(file)
     if (file_ < 0) fail("cannot be opened", errno);
     if (::flock(file_, LOCK_EX | LOCK_NB) != 0) {
         ::close(file_);
-        throw JournalError(path_.string() + ": another process runs this session; wait for its end, or stop it");
+        throw JournalError(fmt::format("{}: another process runs this session; wait for its end, or stop it", path_.string()));
     }
 }
 
@@ -86,11 +85,11 @@ JournalWriter JournalWriter::create(const fs::path& file, const JournalHeader& h
     JournalWriter writer(file, O_CREAT);
     std::error_code error;
     if (fs::file_size(file, error) > 0 || error) {
-        throw JournalError(file.string() + ": holds a session already; choose another folder, or resume it");
+        throw JournalError(fmt::format("{}: holds a session already; choose another folder, or resume it", file.string()));
     }
     try {
-        writer.append_line(R"("palpate":"journal","schema":2,"config":)" + quoted(header.config) + R"(,"start":)" + place(header.start) +
-                           R"(,"machine":)" + quoted(header.machine));
+        writer.append_line(fmt::format(R"("palpate":"journal","schema":2,"config":{},"start":{},"machine":{})", quoted(header.config),
+                                       place(header.start), quoted(header.machine)));
     } catch (...) {
         fs::remove(file, error);  // nothing began
         throw;
@@ -109,40 +108,36 @@ Journal JournalWriter::read() {
 }
 
 std::uint64_t JournalWriter::append(const JournalMove& move) {
-    std::string line = R"("move":)" + place(move.target) + R"(,"pace":")" + std::string(word_of(move.pace)) + R"(","outcome":")" +
-                       std::string(word_of(move.result.outcome)) + R"(","at":)" + place(move.result.position) + R"(,"rest":)" +
-                       place(move.rest);
+    std::string line = fmt::format(R"("move":{},"pace":"{}","outcome":"{}","at":{},"rest":{})", place(move.target), word_of(move.pace),
+                                   word_of(move.result.outcome), place(move.result.position), place(move.rest));
     if (!move.result.events.empty()) {
-        line += R"(,"events":[)";
-        for (const DeviceEvent& event : move.result.events) {
-            if (&event != &move.result.events.front()) line += ',';
-            line += R"({"kind":")" + std::string(word_of(event.kind)) + R"(","at":)" + place(event.position) + '}';
-        }
-        line += ']';
+        const auto text = [](const DeviceEvent& event) {
+            return fmt::format(R"({{"kind":"{}","at":{}}})", word_of(event.kind), place(event.position));
+        };
+        line += fmt::format(R"(,"events":[{}])", fmt::join(move.result.events | std::views::transform(text), ","));
     }
     append_line(std::move(line));
     return lines_ - 1;
 }
 
 void JournalWriter::append(const JournalResumption& resumption) {
-    std::string contacts;
-    std::string offsets;
-    for (const std::uint64_t line : resumption.contacts) contacts += (contacts.empty() ? "" : ",") + std::to_string(line);
-    for (const double offset : resumption.offsets_mm) offsets += (offsets.empty() ? "" : ",") + number(offset);
-    append_line(R"("resumed":{"contacts":[)" + contacts + R"(],"offsets":[)" + offsets + R"(],"directions":)" +
-                std::to_string(resumption.directions) + (resumption.after_miss ? R"(,"after_miss":true})" : "}"));
+    append_line(fmt::format(R"("resumed":{{"contacts":[{}],"offsets":[{}],"directions":{}{}}})", fmt::join(resumption.contacts, ","),
+                            fmt::join(resumption.offsets_mm | std::views::transform(number), ","), resumption.directions,
+                            resumption.after_miss ? R"(,"after_miss":true)" : ""));
 }
 
-void JournalWriter::append_withdrawn(std::uint64_t first_line) { append_line(R"("withdrawn":)" + std::to_string(first_line)); }
+void JournalWriter::append_withdrawn(std::uint64_t first_line) { append_line(fmt::format(R"("withdrawn":{})", first_line)); }
 
 void JournalWriter::append(const JournalEnd& end) {
-    append_line(R"("end":{"planner":)" + number(end.planner_seconds) + R"(,"oracle":)" + number(end.oracle_seconds) + '}');
+    append_line(fmt::format(R"("end":{{"planner":{},"oracle":{}}})", number(end.planner_seconds), number(end.oracle_seconds)));
 }
 
 void JournalWriter::append_line(std::string line) {
-    if (is_broken_) throw JournalError(path_.string() + ": could not be written before; nothing more is written: resume the session");
-    line = "{\"n\":" + std::to_string(lines_) + ',' + line;
-    line += R"(,"crc":")" + digest(line) + "\"}\n";
+    if (is_broken_) {
+        throw JournalError(fmt::format("{}: could not be written before; nothing more is written: resume the session", path_.string()));
+    }
+    line = fmt::format(R"({{"n":{},{})", lines_, line);
+    line += fmt::format(",\"crc\":\"{}\"}}\n", digest(line));
     std::size_t written = 0;
     int error = 0;
     while (written < line.size() && error == 0) {
@@ -163,7 +158,7 @@ void JournalWriter::append_line(std::string line) {
 }
 
 void JournalWriter::fail(const std::string& what, int error) const {
-    throw JournalError(path_.string() + ": " + what + ": " + reason(error) + "; make room or give the right to write, then resume");
+    throw JournalError(fmt::format("{}: {}: {}; make room or give the right to write, then resume", path_.string(), what, reason(error)));
 }
 
 }  // namespace palpate

@@ -1,10 +1,11 @@
 #include "devices/session/journaling_device.h"
 
+#include <fmt/format.h>
+
 #include <algorithm>
 #include <bit>
 #include <cassert>
 #include <cstdint>
-#include <sstream>
 
 #include "devices/errors.h"
 #include "devices/session/internal/journal_words.h"
@@ -13,10 +14,7 @@ namespace palpate {
 namespace {
 
 std::string describe(const Point& target, Pace pace) {
-    std::ostringstream text;
-    text.precision(17);
-    text << word_of(pace) << " to (" << target.x() << ", " << target.y() << ", " << target.z() << ')';
-    return text.str();
+    return fmt::format("{} to ({:.17g}, {:.17g}, {:.17g})", word_of(pace), target.x(), target.y(), target.z());
 }
 
 bool same_bits(const Point& a, const Point& b) {
@@ -34,8 +32,9 @@ MoveResult JournalingDevice::guarded_move(const Point& target, Pace pace) {
     }
     if (device_ == nullptr) {
         if (writer_ == nullptr) {
-            throw ReplayMismatch("the journal ends after line " + std::to_string(record_.lines) + ", but the planner asks on (" +
-                                 describe(target, pace) + "): the session was not finished; resume it");
+            throw ReplayMismatch(
+                fmt::format("the journal ends after line {}, but the planner asks on ({}): the session was not finished; resume it",
+                            record_.lines, describe(target, pace)));
         }
         went_live_ = true;
         device_ = &go_live_(target);
@@ -52,9 +51,10 @@ const JournalMove& JournalingDevice::replay(const Point& target, Pace pace) {
     if (stop_.stop_requested()) throw Stopped("stopped while the journal was replayed; nothing has moved");
     const JournalMove& known = record_.moves[next_];
     if (!same_bits(known.target, target) || known.pace != pace) {
-        throw ReplayMismatch("line " + std::to_string(known.line + 1) + " of the journal answers " + describe(known.target, known.pace) +
-                             ", but the planner asks for " + describe(target, pace) +
-                             ": the journal was written by another version of Palpate, or for another configuration");
+        throw ReplayMismatch(
+            fmt::format("line {} of the journal answers {}, but the planner asks for {}: the journal was written by another version of "
+                        "Palpate, or for another configuration",
+                        known.line + 1, describe(known.target, known.pace), describe(target, pace)));
     }
     ++next_;
     return known;

@@ -1,5 +1,7 @@
 #include "devices/session/machine_session.h"
 
+#include <fmt/format.h>
+
 #include <algorithm>
 #include <cmath>
 
@@ -18,12 +20,13 @@ namespace {
 
 void check_start(const Surroundings& surroundings, const Box& limits, const Point& start) {
     if (!limits.contains(start)) {
-        throw SetupError("the tool is at " + point_text(start) + ", outside machine.limits, " + point_text(limits.min) + " to " +
-                         point_text(limits.max) + ": move it inside them by hand, then start again");
+        throw SetupError(fmt::format("the tool is at {}, outside machine.limits, {} to {}: move it inside them by hand, then start again",
+                                     point_text(start), point_text(limits.min), point_text(limits.max)));
     }
     if (surroundings.is_free(start)) return;
-    throw SetupError("the tool is inside the workspace, at " + point_text(start) +
-                     ", where no way is known to be free: move it outside by hand, then start again");
+    throw SetupError(
+        fmt::format("the tool is inside the workspace, at {}, where no way is known to be free: move it outside by hand, then start again",
+                    point_text(start)));
 }
 
 // What the planner makes of the answers of `journal`. `press` asks for the probe to be pressed by hand.
@@ -40,8 +43,9 @@ MachineRun run_on(JournalingDevice& journal, const SessionPlan& plan, const Sess
     observer.on_progress = host.on_progress;
     observer.on_home = [&](double way_mm) {
         if (!journal.is_used_up()) return;
-        host.say("the last touch is made; the tool goes back, straight out of the workspace and around it to where it began: " +
-                 number_text(std::round(way_mm), " mm"));
+        host.say(
+            fmt::format("the last touch is made; the tool goes back, straight out of the workspace and around it to where it began: {} mm",
+                        number_text(std::round(way_mm))));
     };
     MachineRun run;
     const auto begin = std::chrono::steady_clock::now();
@@ -61,9 +65,10 @@ void warn_of_blind_directions(const JournalResumption& found, const SessionHost&
     if (found.contacts.empty()) {
         return host.say("nothing was touched yet, so nothing shows whether part and machine are where they were: look");
     }
-    host.say(std::to_string(found.contacts.size()) +
-             " known place(s) were touched again, which show a shift of the part or the machine in " + std::to_string(found.directions) +
-             " of 3 directions only: look whether both are where they were");
+    host.say(
+        fmt::format("{} known place(s) were touched again, which show a shift of the part or the machine in {} of 3 directions only: look "
+                    "whether both are where they were",
+                    found.contacts.size(), found.directions));
 }
 
 // The journal is shorter than what the session takes it for: it is read again.
@@ -73,8 +78,9 @@ struct ReadAgain {};
 void check_config(const Journal& journal, const SessionPlan& plan) {
     if (journal.header.config == plan.config_digest) return;
     throw SetupError(
-        plan.config_name +
-        ": was changed since the session began, and its journal does not fit it any more: put the old one back, or begin a new session");
+        fmt::format("{}: was changed since the session began, and its journal does not fit it any more: put the old one back, or begin a "
+                    "new session",
+                    plan.config_name));
 }
 
 bool is_pressed_by_hand(const SessionPlan& plan, const SessionHost& host) {
@@ -124,7 +130,7 @@ private:
         } catch (const SilenceError& error) {
             // What came after the last contact is asked again; if that is nothing, there is nothing to ask.
             if (journal.is_live() || record_.confirmed_moves() == record_.moves.size()) throw DeviceError(error.what());
-            host_.say(std::string("the session had stopped: ") + error.what());
+            host_.say(fmt::format("the session had stopped: {}", error.what()));
             return_to({record_.last_rest(), record_.confirmed_moves(), {}}, false);
         } catch (const UnexpectedContact& contact) {
             if (journal.is_live()) record_ = writer_.read();
@@ -142,12 +148,12 @@ private:
         const std::size_t before = count - contact.moves();
         const auto missed = record_.last_passed(contact.where(), tolerance, before);
         if (missed && missed_touches(record_.resumptions) < kMisses + count / kMovesPerMiss) {
-            host_.say(std::string(contact.what()) + ". A probe had passed there and found nothing; known places are touched again");
+            host_.say(fmt::format("{}. A probe had passed there and found nothing; known places are touched again", contact.what()));
             return_to({record_.last_rest(), *missed, VisitedWays::Contradiction{contact.where(), tolerance, *missed, before}}, true);
         }
         if (journal.is_live() || asked_again_) throw contact;
         asked_again_ = true;
-        host_.say(std::string("the session had halted: ") + contact.what() + "; that way is gone again");
+        host_.say(fmt::format("the session had halted: {}; that way is gone again", contact.what()));
         journal.withdraw(contact.moves());
     }
 
@@ -195,9 +201,10 @@ void check_session(const MachineSettings& machine, const Region& workspace, cons
     const Box around = Surroundings(workspace).bounds();
     const Box& limits = machine.limits;
     if (!limits.contains(around)) {
-        throw SetupError("machine.limits: the tool has to get all around the workspace, from " + point_text(around.min) + " to " +
-                         point_text(around.max) + ", but the limits are " + point_text(limits.min) + " to " + point_text(limits.max) +
-                         ": make the workspace smaller or the limits wider");
+        throw SetupError(
+            fmt::format("machine.limits: the tool has to get all around the workspace, from {} to {}, but the limits are {} to {}: make "
+                        "the workspace smaller or the limits wider",
+                        point_text(around.min), point_text(around.max), point_text(limits.min), point_text(limits.max)));
     }
     check_options(workspace, probing, machine.traits());
 }
@@ -216,8 +223,8 @@ MachineRun start_session(const SessionPlan& plan, const SessionHost& host) {
     host.ask({PlannedMotion::Kind::begin, report, plan.machine.homes_first(report)});
     if (is_pressed_by_hand(plan, host) && !host.press(machine)) {
         throw DeviceError(
-            "the probe was not seen to close and to open; nothing has moved. Look at its lead, plug and battery; without somebody to "
-            "press it: machine.probe_proof: first_touch");
+            "the probe was not seen to close and to open; nothing has moved. Look at its lead, plug and battery; without somebody to press "
+            "it: machine.probe_proof: first_touch");
     }
     machine.make_ready();
     const JournalHeader header{plan.config_digest, guarded.device().position(), report.identity};
@@ -230,7 +237,7 @@ MachineRun replay_session(const SessionPlan& plan, const SessionHost& host) {
     check_session(plan.machine, plan.workspace, plan.probing);
     Journal record = read_journal(plan.journal);
     check_config(record, plan);
-    if (!record.end) throw NotFinished(plan.journal.string() + ": this session is not finished: resume it");
+    if (!record.end) throw NotFinished(fmt::format("{}: this session is not finished: resume it", plan.journal.string()));
     const JournalEnd end = *record.end;
     const std::vector<JournalResumption> resumptions = record.resumptions;
     JournalingDevice journal(std::move(record), nullptr, {}, host.stop);

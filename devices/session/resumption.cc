@@ -1,9 +1,10 @@
 #include "devices/session/resumption.h"
 
+#include <fmt/format.h>
+
 #include <algorithm>
 #include <cmath>
 #include <limits>
-#include <sstream>
 
 #include "devices/device_oracle.h"
 #include "devices/errors.h"
@@ -129,7 +130,8 @@ private:
     // The limits are a box: what leads from one place in it to another stays in it.
     void check_limits(const Point& at) const {
         if (settings_.limits.contains(at, settings_.motion.resolution_mm)) return;
-        throw OutOfLimits("the tool is at " + point_text(at) + ", outside machine.limits: move it inside them by hand, then resume");
+        throw OutOfLimits(
+            fmt::format("the tool is at {}, outside machine.limits: move it inside them by hand, then resume", point_text(at)));
     }
 
     // Nothing is trusted yet: at the feed of probes.
@@ -209,8 +211,10 @@ private:
             }
             return go_round_to_start(guarded_.position());
         }
-        throw PositionLost("the tool is at " + point_text(from) +
-                           ", where no way out is known: a probe that missed the part led there. Move it outside by hand, then resume");
+        throw PositionLost(
+            fmt::format("the tool is at {}, where no way out is known: a probe that missed the part led there. Move it outside by hand, "
+                        "then resume",
+                        point_text(from)));
     }
 
     // Around the workspace, from a place outside it.
@@ -233,8 +237,10 @@ private:
             // On a way around the workspace, too, which touches its boundary.
             return go_round_to_start(at);
         } else {
-            throw PositionLost("the tool is at " + point_text(at) +
-                               ", inside the workspace and not on a way that this session has gone: move it outside by hand, then resume");
+            throw PositionLost(
+                fmt::format("the tool is at {}, inside the workspace and not on a way that this session has gone: move it outside by hand, "
+                            "then resume",
+                            point_text(at)));
         }
         go(place_);
     }
@@ -256,17 +262,14 @@ private:
         const double slant = place.normal.isZero() ? 1.0 : std::abs(place.normal.dot(place.inwards));
         const double offset = slant * (again.position - place.touched).dot(place.inwards);
         if (again.outcome != Outcome::contact || std::abs(offset) > tolerance) {
-            std::ostringstream message;
-            message << "the place that was touched at " << point_text(place.touched) << " (line " << place.line + 1 << " of the journal) ";
-            if (again.outcome == Outcome::contact) {
-                message << "is now touched " << std::abs(offset) << " mm off";
-            } else {
-                message << "is not touched any more, within " << depth << " mm";
-            }
-            message << " (tolerance " << tolerance << ", machine.datum_tolerance): the part or the machine's origin has moved"
-                    << (again.outcome == Outcome::contact ? "" : ", or the probe does not close any more")
-                    << ". Put it back, or begin a new session";
-            throw DeviceError(message.str());
+            const bool is_touched = again.outcome == Outcome::contact;
+            throw DeviceError(
+                fmt::format("the place that was touched at {} (line {} of the journal) {} (tolerance {:g}, machine.datum_tolerance): the "
+                            "part or the machine's origin has moved{}. Put it back, or begin a new session",
+                            point_text(place.touched), place.line + 1,
+                            is_touched ? fmt::format("is now touched {:g} mm off", std::abs(offset))
+                                       : fmt::format("is not touched any more, within {:g} mm", depth),
+                            tolerance, is_touched ? "" : ", or the probe does not close any more"));
         }
         go(place.from);
         return offset;

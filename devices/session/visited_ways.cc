@@ -1,5 +1,7 @@
 #include "devices/session/visited_ways.h"
 
+#include <fmt/format.h>
+
 #include <algorithm>
 #include <array>
 #include <limits>
@@ -8,6 +10,7 @@
 #include <stdexcept>
 
 #include "devices/errors.h"
+#include "planner/number_text.h"
 
 namespace palpate {
 namespace {
@@ -119,7 +122,7 @@ std::vector<Point> VisitedWays::way(const Point& from, const Point& to) const {
     const std::size_t start = place_of(from);
     const std::size_t goal = place_of(to);
     const Ways ways = ways_to(goal, start);
-    if (ways.cost[start] == kInfinity) throw PositionLost("no way is left from " + point_text(from) + " to " + point_text(to));
+    if (ways.cost[start] == kInfinity) throw PositionLost(fmt::format("no way is left from {} to {}", point_text(from), point_text(to)));
     std::vector<Point> way;
     for (std::size_t place = start; place != goal;) {
         const std::size_t next = ways.next[place];

@@ -12,6 +12,7 @@
 
 #include "config/reader.h"
 #include "devices/session/journal.h"
+#include "planner/number_text.h"
 #include "tests/random.h"
 #include "tests/tools/session_rig.h"
 #include "tools/machine.h"

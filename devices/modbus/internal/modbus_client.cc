@@ -1,5 +1,7 @@
 #include "devices/modbus/internal/modbus_client.h"
 
+#include <fmt/format.h>
+
 #include <algorithm>
 #include <array>
 #include <chrono>
@@ -125,9 +127,10 @@ ModbusStatus ModbusClient::status() {
         if (clock_.now() >= give_up_at) break;
         if (const auto next = asked_at + kEchoPause; clock_.now() < next) clock_.sleep(next - clock_.now());
     }
-    throw BadAnswer("waited for " + link_.name() + " to echo the heartbeat " + std::to_string(first) +
-                    ": it answers, but its program stands still or does not know the profile " + profile_.name +
-                    ", or it echoes later than echo_limit there; " + link_.last_exchange());
+    throw BadAnswer(
+        fmt::format("waited for {} to echo the heartbeat {}: it answers, but its program stands still or does not know the profile {}, or "
+                    "it echoes later than echo_limit there; {}",
+                    link_.name(), first, profile_.name, link_.last_exchange()));
 }
 
 std::string ModbusClient::identity() {
@@ -152,7 +155,7 @@ Box ModbusClient::limits() {
         if (again.min == limits.min && again.max == limits.max) return limits;
         limits = again;
     }
-    throw BadAnswer(link_.name() + " tells other limits each time; " + link_.last_exchange());
+    throw BadAnswer(fmt::format("{} tells other limits each time; {}", link_.name(), link_.last_exchange()));
 }
 
 void ModbusClient::start(const ModbusCommand& command) {
@@ -191,8 +194,8 @@ void ModbusClient::halt(Seconds limit) {
         } catch (const DeviceError& error) {
             clock_.sleep(kBusyPause);
             if (clock_.now() < give_up_at) continue;
-            throw DeviceTimeout("a halt was not heard: " + std::string(error.what()) +
-                                "; the machine may still move: use its own stop, and look where the tool is");
+            throw DeviceTimeout(fmt::format(
+                "a halt was not heard: {}; the machine may still move: use its own stop, and look where the tool is", error.what()));
         }
     }
 }

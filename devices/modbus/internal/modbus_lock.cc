@@ -1,6 +1,7 @@
 #include "devices/modbus/internal/modbus_lock.h"
 
 #include <fcntl.h>
+#include <fmt/format.h>
 #include <sys/file.h>
 #include <sys/socket.h>
 #include <sys/un.h>
@@ -19,7 +20,9 @@ namespace {
 
 std::string reason(int error) { return std::generic_category().message(error); }
 
-[[noreturn]] void refuse(const std::string& what) { throw DeviceError("another process drives the machine at " + what + "; end it first"); }
+[[noreturn]] void refuse(const std::string& what) {
+    throw DeviceError(fmt::format("another process drives the machine at {}; end it first", what));
+}
 
 }  // namespace
 
@@ -27,29 +30,29 @@ ModbusLock ModbusLock::of_device(const std::string& path) {
     // Not blocking: without carrier an open would wait for it.
     ModbusLock lock(::open(path.c_str(), O_RDWR | O_NOCTTY | O_NONBLOCK | O_CLOEXEC));
     if (lock.descriptor_ < 0) {
-        throw ConnectionLost("cannot open " + path + ": " + reason(errno) + "; is the adapter plugged in, and may you use it?");
+        throw ConnectionLost(fmt::format("cannot open {}: {}; is the adapter plugged in, and may you use it?", path, reason(errno)));
     }
     if (::flock(lock.descriptor_, LOCK_EX | LOCK_NB) != 0) {
         if (errno == EWOULDBLOCK) refuse(path);
-        throw ConnectionLost("cannot lock " + path + ": " + reason(errno));
+        throw ConnectionLost(fmt::format("cannot lock {}: {}", path, reason(errno)));
     }
     return lock;
 }
 
 ModbusLock ModbusLock::of_peer(const std::string& numeric_host, int port) {
-    const std::string peer = numeric_host + ":" + std::to_string(port);
-    const std::string name = "palpate-modbus-" + peer;
+    const std::string peer = fmt::format("{}:{}", numeric_host, port);
+    const std::string name = fmt::format("palpate-modbus-{}", peer);
     sockaddr_un address{};
     address.sun_family = AF_UNIX;
     // The first byte stays zero: an abstract name, which no file and no crash can leave behind.
     const std::size_t length = std::min(name.size(), sizeof address.sun_path - 1);
     std::copy_n(name.begin(), length, &address.sun_path[1]);
     ModbusLock lock(::socket(AF_UNIX, SOCK_DGRAM | SOCK_CLOEXEC, 0));
-    if (lock.descriptor_ < 0) throw ConnectionLost("cannot make a socket: " + reason(errno));
+    if (lock.descriptor_ < 0) throw ConnectionLost(fmt::format("cannot make a socket: {}", reason(errno)));
     const auto size = static_cast<socklen_t>(offsetof(sockaddr_un, sun_path) + 1 + length);
     if (::bind(lock.descriptor_, reinterpret_cast<const sockaddr*>(&address), size) != 0) {
         if (errno == EADDRINUSE) refuse(peer);
-        throw ConnectionLost("cannot lock " + peer + ": " + reason(errno));
+        throw ConnectionLost(fmt::format("cannot lock {}: {}", peer, reason(errno)));
     }
     return lock;
 }

@@ -1,7 +1,7 @@
 #include "devices/modbus/internal/modbus_motion.h"
 
-#include <array>
-#include <cstdio>
+#include <fmt/format.h>
+
 #include <utility>
 
 #include "devices/errors.h"
@@ -30,8 +30,6 @@ std::chrono::nanoseconds nanoseconds(Seconds time) { return std::chrono::duratio
 }  // namespace
 
 std::string fault_text(std::uint16_t code) {
-    std::array<char, 16> digits{};
-    (void)std::snprintf(digits.data(), digits.size(), "0x%04X", static_cast<unsigned>(code));
     const auto meaning = [code] {
         switch (code) {
             case cia402::kParameterFault:
@@ -50,7 +48,7 @@ std::string fault_text(std::uint16_t code) {
                 return "look into the controller's manual";
         }
     };
-    return std::string("fault ") + digits.data() + ": " + meaning();
+    return fmt::format("fault 0x{:04X}: {}", code, meaning());
 }
 
 // What is known of a move while it runs.
@@ -128,28 +126,25 @@ std::string ModbusMotion::state_of(const ModbusStatus& status) const {
 }
 
 void ModbusMotion::require_ours(const ModbusStatus& status) const {
-    const std::string where = client_.link().name();
     if (!status.has(cia402::kOperationEnabled)) {
-        throw DeviceAlarm(0,
-                          where + ": " + state_of(status) +
-                              ", by an emergency stop perhaps; nothing more was sent to it, and the tool may be pressed; look at it, clear "
-                              "the cause, then recover");
+        throw DeviceAlarm(0, fmt::format("{}: {}, by an emergency stop perhaps; nothing more was sent to it, and the tool may be pressed; "
+                                         "look at it, clear the cause, then recover",
+                                         client_.link().name(), state_of(status)));
     }
     require_our_command(status);
 }
 
 void ModbusMotion::require_our_command(const ModbusStatus& status) const {
     if (!last_sequence_ || status.sequence == *last_sequence_ || status.sequence == echoed_) return;
-    const std::string where = client_.link().name();
-    throw DeviceAlarm(0, where + ": another master commands it: command " + std::to_string(status.sequence) + " instead of " +
-                             std::to_string(*last_sequence_) +
-                             "; nothing more was sent to it; end what else commands it, look where the tool is, then recover");
+    throw DeviceAlarm(0, fmt::format("{}: another master commands it: command {} instead of {}; nothing more was sent to it; end what else "
+                                     "commands it, look where the tool is, then recover",
+                                     client_.link().name(), status.sequence, *last_sequence_));
 }
 
 void ModbusMotion::require_homed(const ModbusStatus& status, const ArmedMove& move) const {
     if (status.is_homed) return;
-    throw PositionLost(client_.link().name() + " is not homed any more: it was restarted during the move to " + point_text(move.target) +
-                       "; home it");
+    throw PositionLost(fmt::format("{} is not homed any more: it was restarted during the move to {}; home it", client_.link().name(),
+                                   point_text(move.target)));
 }
 
 // A controller that works in cycles shows a command in one of its next.
@@ -164,12 +159,15 @@ bool ModbusMotion::is_taken(const ModbusStatus& status, Watch& watch) {
 }
 
 void ModbusMotion::give_up_untaken(const ModbusStatus& status, const Watch& watch) const {
-    const std::string what = client_.link().name() + " did not take a command: it shows command " + std::to_string(status.sequence) +
-                             " instead of " + std::to_string(watch.sequence);
-    if (watch.reconnects > 0) throw ConnectionLost("the connection was lost before the command arrived: " + what + "; resume");
-    if (status.is_fault()) throw DeviceAlarm(status.fault_code, what + ": " + state_of(status) + "; clear the cause, then recover");
-    if (!status.has(cia402::kOperationEnabled)) throw DeviceAlarm(0, what + ": " + state_of(status) + "; look at it, then recover");
-    throw BadAnswer(what + ", and says that " + state_of(status));
+    const std::string what =
+        fmt::format("{} did not take a command: it shows command {} instead of {}", client_.link().name(), status.sequence, watch.sequence);
+    if (watch.reconnects > 0) {
+        throw ConnectionLost(fmt::format("the connection was lost before the command arrived: {}; resume", what));
+    }
+    const std::string state = state_of(status);
+    if (status.is_fault()) throw DeviceAlarm(status.fault_code, fmt::format("{}: {}; clear the cause, then recover", what, state));
+    if (!status.has(cia402::kOperationEnabled)) throw DeviceAlarm(0, fmt::format("{}: {}; look at it, then recover", what, state));
+    throw BadAnswer(fmt::format("{}, and says that {}", what, state));
 }
 
 // Whether the tool can be where it is said to be. Twice in a row not: FalseReport.
@@ -180,35 +178,39 @@ bool ModbusMotion::is_credible(const ModbusStatus& status, const ArmedMove& move
         return true;
     }
     if (++watch.false_reports < kFalseReports) return false;
-    refuse(status, client_.link().name() + " says that the tool is at " + point_text(status.actual) + ", " + std::to_string(off) +
-                       " mm off the way from " + point_text(move.way.start) + " to " + point_text(move.way.target) + " (machine)");
+    refuse(status, fmt::format("{} says that the tool is at {}, {:f} mm off the way from {} to {} (machine)", client_.link().name(),
+                               point_text(status.actual), off, point_text(move.way.start), point_text(move.way.target)));
 }
 
 void ModbusMotion::refuse(const ModbusStatus& status, const std::string& what) {
-    std::string halted = "; the axes stand";
+    std::string halted = "the axes stand";
     if (!status.is_standing()) {
-        halted = "; the axes were halted";
+        halted = "the axes were halted";
         try {
             (void)stop();
         } catch (const DeviceError& error) {
-            halted = "; to halt the axes failed: " + std::string(error.what());
+            halted = fmt::format("to halt the axes failed: {}", error.what());
         }
     }
-    throw FalseReport(what + ", where it cannot be" + halted + "; nothing else is sent, since nobody knows where the tool is; " +
-                      (status.is_probe_closed ? "it is pressed on" : "it may be pressed on") +
-                      ": look at it, bring it off by the machine's own means, mend what reports the positions, then recover");
+    throw FalseReport(
+        fmt::format("{}, where it cannot be; {}; nothing else is sent, since nobody knows where the tool is; it {} pressed on: look at it, "
+                    "bring it off by the machine's own means, mend what reports the positions, then recover",
+                    what, halted, status.is_probe_closed ? "is" : "may be"));
 }
 
 // The controller had stopped because our heartbeat came late: the rest of the move.
 void ModbusMotion::go_on(const ModbusStatus& status, const ArmedMove& move, Watch& watch) {
     const std::string where = client_.link().name();
     if (watch.reconnects > 0) {
-        throw ConnectionLost("the connection to " + where + " was lost and is there again; the controller had stopped at " +
-                             point_text(status.actual) + " (machine) before the move to " + point_text(move.target) + " was over; resume");
+        throw ConnectionLost(
+            fmt::format("the connection to {} was lost and is there again; the controller had stopped at {} (machine) before the move to "
+                        "{} was over; resume",
+                        where, point_text(status.actual), point_text(move.target)));
     }
     if (++watch.continuations > kContinuations) {
-        throw DeviceTimeout(where + " stopped " + std::to_string(watch.continuations) + " times on the way to " + point_text(move.target) +
-                            " because our heartbeat came late; look for what slows the line; " + client_.link().last_exchange());
+        throw DeviceTimeout(
+            fmt::format("{} stopped {} times on the way to {} because our heartbeat came late; look for what slows the line; {}", where,
+                        watch.continuations, point_text(move.target), client_.link().last_exchange()));
     }
     watch.events.push_back(DeviceEvent::Kind::repeated_command);
     watch.previous = status.sequence;
@@ -225,14 +227,16 @@ std::optional<MotionEnd> ModbusMotion::judge(const ModbusStatus& status, const A
         require_ours(status);
         watch.shows_quick_stop = watch.shows_quick_stop || status.has(cia402::kQuickStopInactive);
         if (watch.shows_quick_stop && !status.has(cia402::kQuickStopInactive)) {
-            throw DeviceAlarm(0, client_.link().name() + ": quick stop on the way to " + point_text(move.target) +
-                                     " (machine); nothing more was sent to it; clear the cause, then recover");
+            throw DeviceAlarm(
+                0, fmt::format("{}: quick stop on the way to {} (machine); nothing more was sent to it; clear the cause, then recover",
+                               client_.link().name(), point_text(move.target)));
         }
     } else if (!was_silent) {
         if (!status.is_standing()) return std::nullopt;
-        throw DeviceAlarm(status.fault_code, client_.link().name() + ": " + state_of(status) + ", on the way to " +
-                                                 point_text(move.target) + "; it stands at " + point_text(status.actual) +
-                                                 " (machine); nothing more was sent to it; clear the cause, then recover");
+        throw DeviceAlarm(status.fault_code,
+                          fmt::format("{}: {}, on the way to {}; it stands at {} (machine); nothing more was sent to it; clear the cause, "
+                                      "then recover",
+                                      client_.link().name(), state_of(status), point_text(move.target), point_text(status.actual)));
     }
     if (!is_credible(status, move, watch) || !status.is_standing()) return std::nullopt;
     if (was_silent) client_.reset_fault();
@@ -268,9 +272,10 @@ void ModbusMotion::drop_set_point(const ModbusStatus& status, Watch& watch) {
 
 void ModbusMotion::require_in_time(const ModbusStatus& status, const ArmedMove& move, const Watch& watch) const {
     if (clock_.now() <= watch.deadline) return;
-    throw DeviceTimeout("waited for " + client_.link().name() + " to end command " + std::to_string(watch.sequence) + ", a move to " +
-                        point_text(move.target) + " (machine); it is at " + point_text(status.actual) +
-                        " and still moves: does it take the velocity that it is given? " + client_.link().last_exchange());
+    throw DeviceTimeout(fmt::format(
+        "waited for {} to end command {}, a move to {} (machine); it is at {} and still moves: does it take the velocity that it is given? "
+        "{}",
+        client_.link().name(), watch.sequence, point_text(move.target), point_text(status.actual), client_.link().last_exchange()));
 }
 
 MotionEnd ModbusMotion::run(const ModbusStatus& before, const ArmedMove& move, const std::stop_token& stop) {
@@ -291,7 +296,7 @@ MotionEnd ModbusMotion::run(const ModbusStatus& before, const ArmedMove& move, c
             end->events.insert(end->events.end(), lost, DeviceEvent::Kind::repeated_command);
             return *std::move(end);
         }
-        if (stop.stop_requested()) throw Stopped("stopped on the way to " + point_text(move.target) + " (machine)");
+        if (stop.stop_requested()) throw Stopped(fmt::format("stopped on the way to {} (machine)", point_text(move.target)));
         require_in_time(status, move, watch);
         if (const auto next = looked_at + kPoll; clock_.now() < next) clock_.sleep(next - clock_.now());
     }
@@ -305,15 +310,16 @@ ModbusStatus ModbusMotion::stop() {
         if (status.is_standing()) {
             if (!status.is_fault()) return status;
             if (status.fault_code != cia402::kHeartbeatFault) {
-                throw DeviceAlarm(status.fault_code, client_.link().name() + ": " + fault_text(status.fault_code) + "; clear the cause");
+                throw DeviceAlarm(status.fault_code,
+                                  fmt::format("{}: {}; clear the cause", client_.link().name(), fault_text(status.fault_code)));
             }
             client_.reset_fault();
             return client_.status();
         }
         if (clock_.now() > deadline) {
-            throw DeviceTimeout("waited for " + client_.link().name() +
-                                " to stand still after a halt; the machine may still move: use the emergency stop; " +
-                                client_.link().last_exchange());
+            throw DeviceTimeout(
+                fmt::format("waited for {} to stand still after a halt; the machine may still move: use the emergency stop; {}",
+                            client_.link().name(), client_.link().last_exchange()));
         }
         clock_.sleep(kPoll);
     }
