@@ -1,5 +1,7 @@
 #include "config/modbus_profile_reader.h"
 
+#include <fmt/format.h>
+
 #include <algorithm>
 #include <array>
 #include <fstream>
@@ -79,7 +81,8 @@ ModbusProfile read_modbus_profile(const std::filesystem::path& file) {
     text.resize(static_cast<std::size_t>(stream.gcount()));
     const yaml::Value root = yaml::parse(text, {source, 1}, "");
     if (root.kind != yaml::Value::Kind::mapping) {
-        yaml::fail(root.where, "", spell(root) + " is not a mapping; allowed: a Modbus profile (config/profiles/standard.yaml)");
+        yaml::fail(root.where, "",
+                   fmt::format("{} is not a mapping; allowed: a Modbus profile (config/profiles/standard.yaml)", spell(root)));
     }
     KeyReader keys(root, "");
     ModbusProfile profile;

@@ -1,5 +1,7 @@
 #include "config/reader.h"
 
+#include <fmt/format.h>
+
 #include <fstream>
 #include <memory>
 #include <system_error>
@@ -55,7 +57,7 @@ SessionConfig read_config_text(const std::string& text, const std::filesystem::p
     const auto source = std::make_shared<const std::string>(name.string());
     yaml::Value root = yaml::parse(text, {source, 1}, "");
     if (root.kind != yaml::Value::Kind::mapping) {
-        yaml::fail(root.where, "", spell(root) + " is not a mapping; allowed: a mapping with at least the key probing");
+        yaml::fail(root.where, "", fmt::format("{} is not a mapping; allowed: a mapping with at least the key probing", spell(root)));
     }
     for (const std::string& assignment : overrides) {
         yaml::apply_override(root, assignment);

@@ -1,5 +1,7 @@
 #include "config/strategy_names.h"
 
+#include <fmt/format.h>
+
 #include <array>
 #include <stdexcept>
 #include <vector>
@@ -17,19 +19,11 @@ constexpr std::array<std::string_view, 2> kTravelWords{"voronoi", "free_space"};
 constexpr std::array<std::string_view, 3> kNames{"default", "thesis", "adaptive"};
 constexpr std::array<Strategy, 3> kNamed{Strategy{}, Strategy::thesis(), Strategy::adaptive()};
 
-std::string alternatives(std::span<const std::string_view> words) {
-    std::string text;
-    for (const std::string_view word : words) {
-        text += (text.empty() ? "" : "|") + std::string(word);
-    }
-    return text;
-}
-
 [[noreturn]] void fail(std::string_view name) {
-    throw std::invalid_argument("unknown strategy '" + std::string(name) +
-                                "'; allowed: default, thesis, adaptive, or refine+explore[+infer[+travel]] with refine " +
-                                alternatives(kRefineWords) + ", explore " + alternatives(kExploreWords) + ", infer " +
-                                alternatives(kInferWords) + ", travel " + alternatives(kTravelWords));
+    throw std::invalid_argument(fmt::format(
+        "unknown strategy '{}'; allowed: default, thesis, adaptive, or refine+explore[+infer[+travel]] with refine {}, explore "
+        "{}, infer {}, travel {}",
+        name, fmt::join(kRefineWords, "|"), fmt::join(kExploreWords, "|"), fmt::join(kInferWords, "|"), fmt::join(kTravelWords, "|")));
 }
 
 template <class Option>
@@ -81,8 +75,8 @@ std::string to_string(const Strategy& strategy) {
     for (std::size_t k = 0; k < kNamed.size(); ++k) {
         if (strategy == kNamed[k]) return std::string(kNames[k]);
     }
-    return std::string(to_word(strategy.refine)) + "+" + std::string(to_word(strategy.explore)) + "+" +
-           std::string(to_word(strategy.infer)) + "+" + std::string(to_word(strategy.travel));
+    return fmt::format("{}+{}+{}+{}", to_word(strategy.refine), to_word(strategy.explore), to_word(strategy.infer),
+                       to_word(strategy.travel));
 }
 
 Strategy parse_strategy(std::string_view name) {

@@ -1,7 +1,8 @@
 #include "planner/certificate.h"
 
+#include <fmt/format.h>
+
 #include <algorithm>
-#include <sstream>
 
 namespace palpate {
 namespace {
@@ -9,22 +10,16 @@ namespace {
 using Kind = Premise::Kind;
 using State = Premise::State;
 
-template <typename... Parts>
-std::string text(const Parts&... parts) {
-    std::ostringstream out;
-    (out << ... << parts);
-    return out.str();
-}
-
 Premise manifold_premise(const Topology& t, const Evidence& evidence) {
     Premise premise{Kind::closed_oriented_manifold, State::checked,
-                    text(t.facets, " facets, Euler characteristic ", t.euler_characteristic)};
+                    fmt::format("{} facets, Euler characteristic {}", t.facets, t.euler_characteristic)};
     if (evidence.open_edges > 0 || evidence.given_up > 0 || !t.is_closed_oriented_manifold()) {
         premise.state = State::refuted;
-        premise.detail =
-            text(t.boundary_edges, " boundary, ", t.nonmanifold_edges, " non-manifold, ", t.inconsistent_edges,
-                 " inconsistently oriented edges, ", t.split_vertices, " split vertices, ", t.inward_components, " inside-out components, ",
-                 evidence.open_edges, " unexplored edges, ", evidence.given_up, " places given up");
+        premise.detail = fmt::format(
+            "{} boundary, {} non-manifold, {} inconsistently oriented edges, {} split vertices, {} inside-out components, {} unexplored "
+            "edges, {} places given up",
+            t.boundary_edges, t.nonmanifold_edges, t.inconsistent_edges, t.split_vertices, t.inward_components, evidence.open_edges,
+            evidence.given_up);
     }
     return premise;
 }
@@ -33,16 +28,16 @@ Premise component_premise(const Evidence& evidence) {
     Premise premise{Kind::every_component, State::assumed, {}};
     if (evidence.unrepresented_touches > 0) {
         premise.state = State::refuted;
-        premise.detail =
-            text(evidence.unrepresented_touches, " samples belong to no facet, although all that can be reached around them was probed");
+        premise.detail = fmt::format("{} samples belong to no facet, although all that can be reached around them was probed",
+                                     evidence.unrepresented_touches);
     } else if (evidence.torn_components > 0) {
         premise.state = State::refuted;
-        premise.detail = text(evidence.torn_components, " pairs of components of the mesh are near each other and may be one");
+        premise.detail = fmt::format("{} pairs of components of the mesh are near each other and may be one", evidence.torn_components);
     } else if (evidence.seeds_given) {
-        premise.detail = text("by the user: seed rays reach every component; the mesh has ", evidence.components);
+        premise.detail = fmt::format("by the user: seed rays reach every component; the mesh has {}", evidence.components);
     } else {
         premise.detail =
-            text("by the user, who gave no seed rays: the object has no component besides the ", evidence.components, " in the mesh");
+            fmt::format("by the user, who gave no seed rays: the object has no component besides the {} in the mesh", evidence.components);
     }
     return premise;
 }
@@ -50,65 +45,67 @@ Premise component_premise(const Evidence& evidence) {
 Premise ball_premise(const Options& options, const Topology& t, const Evidence& evidence) {
     const bool good = t.facets > 0 && evidence.max_ball_radius <= options.epsilon;
     return {Kind::small_balls, good ? State::checked : State::refuted,
-            text("largest ", evidence.max_ball_radius, " mm, epsilon ", options.epsilon, " mm")};
+            fmt::format("largest {:.6g} mm, epsilon {:.6g} mm", evidence.max_ball_radius, options.epsilon)};
 }
 
 Premise reach_premise(const Options& options, const Evidence& evidence) {
     const double needed = options.epsilon / kMaxEpsilonPerReach;
     if (evidence.reach && evidence.reach->refuted) {
+        const std::string used = evidence.reach->is_local ? "local bounds" : fmt::format("{:.6g} mm", evidence.reach->used);
         return {Kind::reach, State::refuted,
-                text("the given bound of ", *options.reach, " mm is false: ", evidence.reach->detail,
-                     "; the largest bound that the touches allow is ", evidence.reach->largest, " mm; the mesh rests on ",
-                     evidence.reach->is_local ? "local bounds" : text(evidence.reach->used, " mm"), ", and ", needed, " mm is needed")};
+                fmt::format("the given bound of {:.6g} mm is false: {}; the largest bound that the touches allow is {:.6g} mm; the mesh "
+                            "rests on {}, and {:.6g} mm is needed",
+                            *options.reach, evidence.reach->detail, evidence.reach->largest, used, needed)};
     }
-    if (!options.reach) return {Kind::reach, State::missing, text("no reach bound given; a reach of at least ", needed, " mm would do")};
+    if (!options.reach)
+        return {Kind::reach, State::missing, fmt::format("no reach bound given; a reach of at least {:.6g} mm would do", needed)};
     if (*options.reach < needed) {
         return {Kind::reach, State::missing,
-                text("the given bound of ", *options.reach, " mm is too small: this epsilon needs ", needed, " mm")};
+                fmt::format("the given bound of {:.6g} mm is too small: this epsilon needs {:.6g} mm", *options.reach, needed)};
     }
-    return {Kind::reach, State::assumed, text("by the user: reach >= ", *options.reach, " mm; ", needed, " mm is needed")};
+    return {Kind::reach, State::assumed, fmt::format("by the user: reach >= {:.6g} mm; {:.6g} mm is needed", *options.reach, needed)};
 }
 
 // Facets that no touch put into the mesh, and what they rest on.
 Premise inference_premise(const Options& options, const ReachEvidence& reach) {
-    Premise premise{Kind::inference, State::assumed, text(reach.inferred, " facets, with their balls, are inferred from ")};
+    State state = State::assumed;
+    std::string bound = reach.refuted ? "the lowered bound" : "the given bound";
     if (reach.is_local && !options.reach) {
-        premise.state = State::missing;
-        premise.detail += text("local bounds of at most ", reach.used, " mm, a heuristic that nobody vouches for");
+        state = State::missing;
+        bound = fmt::format("local bounds of at most {:.6g} mm, a heuristic that nobody vouches for", reach.used);
     } else if (reach.is_local) {
-        premise.detail += text("local bounds of at most ", reach.used, " mm, which the given bound implies");
-        if (reach.refuted) premise.state = State::refuted;
-    } else {
-        premise.detail += reach.refuted ? "the lowered bound" : "the given bound";
+        if (reach.refuted) state = State::refuted;
+        bound = fmt::format("local bounds of at most {:.6g} mm, which the given bound implies", reach.used);
     }
-    premise.detail +=
-        text("; ", reach.audited, " more were touched anyway, ", reach.audited_wrong, " of them not where they were inferred");
-    return premise;
+    return {Kind::inference, state,
+            fmt::format("{} facets, with their balls, are inferred from {}; {} more were touched anyway, {} of them not where they were "
+                        "inferred",
+                        reach.inferred, bound, reach.audited, reach.audited_wrong)};
 }
 
 Premise touch_premise(const Evidence& evidence) {
     Premise premise{Kind::exact_touches, State::assumed, "by the user: their error is far below epsilon"};
     if (evidence.touch_error > 0)
-        premise.detail = text("by the machine's configuration: their error is at most ", evidence.touch_error, " mm");
-    if (evidence.grazes > 0) premise.detail += text("; ", evidence.grazes, " were taken back by a later probe of the same edge");
+        premise.detail = fmt::format("by the machine's configuration: their error is at most {:.6g} mm", evidence.touch_error);
+    if (evidence.grazes > 0) premise.detail += fmt::format("; {} were taken back by a later probe of the same edge", evidence.grazes);
     if (evidence.failed_probes > 0)
-        premise.detail += text("; ", evidence.failed_probes, " places could not be measured and are not in the mesh");
+        premise.detail += fmt::format("; {} places could not be measured and are not in the mesh", evidence.failed_probes);
     return premise;
 }
 
 Premise facet_premise(const Evidence& evidence) {
     return {Kind::sizing_and_angles, evidence.bad_facets == 0 ? State::checked : State::refuted,
-            text(evidence.bad_facets, " facets do not fulfil them, away from seed facets")};
+            fmt::format("{} facets do not fulfil them, away from seed facets", evidence.bad_facets)};
 }
 
 // Of O itself, not of Ŝ: what S was seen to do between samples.
 Premise thickness_premise(const Evidence& evidence) {
     if (evidence.unresolved_places > 0) {
         return {Kind::thickness, State::refuted,
-                text("at ", evidence.unresolved_places, " places; the mesh does not have O's topology there")};
+                fmt::format("at {} places; the mesh does not have O's topology there", evidence.unresolved_places)};
     }
     return {Kind::thickness, State::refuted,
-            text("at ", evidence.minor_places, " places the mesh leaves out a sharp edge or a wall, less than epsilon of it")};
+            fmt::format("at {} places the mesh leaves out a sharp edge or a wall, less than epsilon of it", evidence.minor_places)};
 }
 
 }  // namespace
@@ -159,9 +156,9 @@ Certificate certify(const Options& options, const Topology& topology, const Evid
     const bool is_shaped = !evidence.has_facet_criteria || certificate.find(Kind::sizing_and_angles)->holds();
     if (!evidence.stopped_by.empty()) {
         certificate.status = Certificate::Status::incomplete;
-        certificate.premises.push_back({Kind::own_end, State::refuted, "the budget of " + evidence.stopped_by + " is used up"});
+        certificate.premises.push_back({Kind::own_end, State::refuted, fmt::format("the budget of {} is used up", evidence.stopped_by)});
         certificate.statement =
-            "Nothing is guaranteed: the run used up its budget of " + evidence.stopped_by + ". The mesh is what it knew then.";
+            fmt::format("Nothing is guaranteed: the run used up its budget of {}. The mesh is what it knew then.", evidence.stopped_by);
         return certificate;
     }
     if (!is_shaped || !manifold.holds() || !components.holds() || !balls.holds() || evidence.unresolved_places > 0) {
@@ -170,21 +167,21 @@ Certificate certify(const Options& options, const Topology& topology, const Evid
     } else if (reach.state == State::refuted) {
         const bool enough = !evidence.reach->is_local && evidence.reach->used * kMaxEpsilonPerReach >= options.epsilon;
         certificate.status = Certificate::Status::refuted;
-        certificate.statement = text(
+        certificate.statement = fmt::format(
             "The given bound on the reach is false. The mesh is a closed oriented manifold whose surface Delaunay balls are at most "
-            "epsilon; ",
+            "epsilon; {}",
             evidence.reach->is_local ? "its inferred facets rest on smaller local bounds, which do not guarantee the object's topology."
             : enough                 ? "it is isotopic to the object's surface if the lowered bound holds, which no touch contradicts."
                                      : "the lowered bound is too small for this epsilon to guarantee that it has the object's topology.");
     } else if (!reach.holds() || evidence.minor_places > 0) {
         certificate.status = Certificate::Status::conditional;
-        certificate.statement = text(
-            "The mesh is a closed oriented manifold whose surface Delaunay balls are at most epsilon; that it has the "
-            "object's topology is not guaranteed, because ",
-            reach.holds() ? "the object has sharp edges or walls that no reach allows" : "the premise on the reach is missing",
-            ": gaps, holes and walls that are narrower than about epsilon may be missing, too.");
+        certificate.statement = fmt::format(
+            "The mesh is a closed oriented manifold whose surface Delaunay balls are at most epsilon; that it has the object's topology is "
+            "not guaranteed, because {}: gaps, holes and walls that are narrower than about epsilon may be missing, too.",
+            reach.holds() ? "the object has sharp edges or walls that no reach allows" : "the premise on the reach is missing");
         if (evidence.minor_places > 0)
-            certificate.statement += text(" At ", evidence.minor_places, " named places it ends before a sharp edge or a thin wall does.");
+            certificate.statement +=
+                fmt::format(" At {} named places it ends before a sharp edge or a thin wall does.", evidence.minor_places);
         if (guesses) certificate.statement += " Some of its facets are inferred by a heuristic.";
     } else {
         certificate.status = Certificate::Status::certified;

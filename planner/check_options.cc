@@ -1,10 +1,11 @@
 #include "planner/check_options.h"
 
+#include <fmt/format.h>
+
 #include <algorithm>
 #include <cmath>
 #include <numbers>
 #include <optional>
-#include <sstream>
 #include <stdexcept>
 
 namespace palpate {
@@ -78,10 +79,9 @@ double smallest_size(const Options& options) {
 
 void check_touch_error(double smallest, double touch_error) {
     if (smallest >= kLeastEpsilonPerTouchError * touch_error) return;
-    std::ostringstream message;
-    message << "epsilon = " << smallest << " mm is below " << kLeastEpsilonPerTouchError << " x what touches may be wrong by, "
-            << touch_error << " mm: make it larger, or measure more exactly";
-    throw std::invalid_argument(message.str());
+    throw std::invalid_argument(fmt::format(
+        "epsilon = {:.6g} mm is below {:.6g} x what touches may be wrong by, {:.6g} mm: make it larger, or measure more exactly", smallest,
+        kLeastEpsilonPerTouchError, touch_error));
 }
 
 void check_doubles(const Region& region, double smallest, double epsilon) {
@@ -89,11 +89,10 @@ void check_doubles(const Region& region, double smallest, double epsilon) {
     require(coordinates <= kGreatestLength_mm && smallest >= kLeastLength_mm,
             "workspace or epsilon is out of the range of lengths, 1e-30 to 1e30 mm: choose other units");
     if (smallest >= kLeastEpsilonPerCoordinate * coordinates) return;
-    std::ostringstream message;
-    message << (smallest < epsilon ? "the smallest size = " : "epsilon = ") << smallest
-            << " mm is below 1e-8 of the workspace's coordinates (up to " << coordinates
-            << " mm), too fine for double precision: make it larger, the workspace smaller, or move the workspace nearer to the origin";
-    throw std::invalid_argument(message.str());
+    throw std::invalid_argument(
+        fmt::format("{} = {:.6g} mm is below 1e-8 of the workspace's coordinates (up to {:.6g} mm), too fine for double precision: make it "
+                    "larger, the workspace smaller, or move the workspace nearer to the origin",
+                    smallest < epsilon ? "the smallest size" : "epsilon", smallest, coordinates));
 }
 
 }  // namespace

@@ -1,26 +1,18 @@
 #include "sim/simulated_device.h"
 
-#include <sstream>
+#include <fmt/format.h>
 
 #include "devices/errors.h"
 
 namespace palpate {
-namespace {
-
-std::string text_of(const Point& p) {
-    std::ostringstream text;
-    text << "(" << p.x() << ", " << p.y() << ", " << p.z() << ") mm";
-    return text.str();
-}
-
-}  // namespace
-
 SimulatedDevice::SimulatedDevice(const HiddenObject& object, const Point& start, SimulatedDeviceOptions options)
     : object_(object), audit_(object, options.audit), position_(start) {
     if (!start.allFinite()) throw DeviceError("simulated probe: the start position is not finite; give three numbers in mm");
     if (object.contains(start)) {
-        throw DeviceError("simulated probe: the start position " + text_of(start) +
-                          " is inside the hidden object; start outside its bounds");
+        throw DeviceError(
+            fmt::format("simulated probe: the start position ({:.6g}, {:.6g}, {:.6g}) mm is inside the hidden object; start outside its "
+                        "bounds",
+                        start.x(), start.y(), start.z()));
     }
 }
 

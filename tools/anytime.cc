@@ -1,9 +1,10 @@
 #include "tools/anytime.h"
 
+#include <fmt/format.h>
+
 #include <algorithm>
 #include <cmath>
 #include <set>
-#include <sstream>
 
 #include "config/strategy_names.h"
 #include "devices/device_oracle.h"
@@ -62,13 +63,6 @@ AnytimePoint measure_baseline(const std::string& name, const char* method, const
             device.unsafe_moves()};
 }
 
-std::string number(double value) {
-    std::ostringstream text;
-    text.precision(10);
-    text << value;
-    return text.str();
-}
-
 }  // namespace
 
 std::vector<AnytimePoint> measure_anytime(const std::string& name, SessionConfig config, const Scene& scene,
@@ -109,8 +103,8 @@ std::vector<AnytimePoint> measure_anytime(const std::string& name, SessionConfig
 std::string anytime_csv(const std::vector<AnytimePoint>& points) {
     std::string text = "config,method,probes,displacement,facets,hausdorff,mean_distance,unsafe_moves\n";
     for (const AnytimePoint& p : points) {
-        text += p.config + ',' + p.method + ',' + std::to_string(p.probes) + ',' + number(p.displacement) + ',' + std::to_string(p.facets) +
-                ',' + number(p.hausdorff) + ',' + number(p.mean_distance) + ',' + std::to_string(p.unsafe_moves) + '\n';
+        text += fmt::format("{},{},{},{:.10g},{},{:.10g},{:.10g},{}\n", p.config, p.method, p.probes, p.displacement, p.facets, p.hausdorff,
+                            p.mean_distance, p.unsafe_moves);
     }
     return text;
 }
@@ -125,7 +119,7 @@ std::string anytime_svg(const std::vector<AnytimePoint>& points) {
         series->points[0].emplace_back(static_cast<double>(p.probes), p.hausdorff);
         series->points[1].emplace_back(p.displacement, p.hausdorff);
     }
-    if (!points.empty()) plot.title = "Error before the end: " + points.front().config;
+    if (!points.empty()) plot.title = fmt::format("Error before the end: {}", points.front().config);
     return to_svg(plot);
 }
 

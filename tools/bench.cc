@@ -1,8 +1,8 @@
 #include "tools/bench.h"
 
+#include <fmt/format.h>
+
 #include <algorithm>
-#include <array>
-#include <cstdio>
 #include <nlohmann/json.hpp>
 
 #include "config/strategy_names.h"
@@ -45,9 +45,7 @@ Json to_json(const std::vector<BenchRow>& rows) {
 std::string short_text(const Json& value) {
     if (value.is_string()) return value.get<std::string>();
     if (!value.is_number_float()) return value.dump();
-    std::array<char, 32> text{};
-    std::snprintf(text.data(), text.size(), "%.4g", value.get<double>());
-    return text.data();
+    return fmt::format("{:.4g}", value.get<double>());
 }
 
 std::string csv_field(const Json& value) {
@@ -55,7 +53,7 @@ std::string csv_field(const Json& value) {
     std::string text = value.get<std::string>();
     if (text.find_first_of(",\"\n") == std::string::npos) return text;
     for (std::size_t k = 0; (k = text.find('"', k)) != std::string::npos; k += 2) text.insert(k, 1, '"');
-    return '"' + text + '"';
+    return fmt::format("\"{}\"", text);
 }
 
 }  // namespace
@@ -98,8 +96,9 @@ std::string bench_table(const std::vector<BenchRow>& rows) {
             std::size_t width = 0;
             for (const auto& other : lines) width = std::max(width, other[column].size());
             const bool words = column < 2;
-            const std::string padding(width - lines[line][column].size(), ' ');
-            text += words ? ' ' + lines[line][column] + padding + " |" : ' ' + padding + lines[line][column] + " |";
+            const std::string& cell = lines[line][column];
+            const std::string padding(width - cell.size(), ' ');
+            text += words ? fmt::format(" {}{} |", cell, padding) : fmt::format(" {}{} |", padding, cell);
             rule += words ? std::string(width + 2, '-') + '|' : std::string(width + 1, '-') + ":|";
         }
         text += '\n';

@@ -1,8 +1,7 @@
 #include "tools/hindsight.h"
 
+#include <fmt/format.h>
 #include <spdlog/spdlog.h>
-
-#include <sstream>
 
 #include "tools/results.h"
 
@@ -36,10 +35,8 @@ void warn_of_other_truth(const Simulation& run) {
 }
 
 std::string describe_truth(const Simulation& run) {
-    std::ostringstream text;
-    text << "Euler characteristic " << run.truth.euler_characteristic << ", " << run.truth.components
-         << " component(s), Hausdorff distance " << run.truth.hausdorff << " mm, " << run.unsafe_moves << " unsafe moves";
-    return text.str();
+    return fmt::format("Euler characteristic {}, {} component(s), Hausdorff distance {:.6g} mm, {} unsafe moves",
+                       run.truth.euler_characteristic, run.truth.components, run.truth.hausdorff, run.unsafe_moves);
 }
 
 Simulation simulate_with_progress(const SessionConfig& config, const Scene& scene) {

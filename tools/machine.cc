@@ -1,6 +1,6 @@
 #include "tools/machine.h"
 
-#include <sstream>
+#include <fmt/format.h>
 
 #include "config/modbus_profile_reader.h"
 #include "devices/grbl/serial_grbl_machine.h"
@@ -52,12 +52,13 @@ std::unique_ptr<Machine> connect(const MachineConfig& config, const std::stop_to
 }
 
 std::string describe_plan(const MachineReport& report, bool homes_first, const std::string& what) {
-    std::ostringstream out;
-    out << "machine    " << report.identity << "\nstate      " << report.state << ", at " << point_text(report.position) << '\n' << what;
-    if (homes_first) {
-        out << "\nIt will be homed first, unguarded, from where it is: make sure that the way of the homing cycle is free.";
-    }
-    return out.str();
+    constexpr const char* kHoming =
+        "\nIt will be homed first, unguarded, from where it is: make sure that the way of the homing cycle is free.";
+    return fmt::format(
+        "machine    {}\n"
+        "state      {}, at {}\n"
+        "{}{}",
+        report.identity, report.state, point_text(report.position), what, homes_first ? kHoming : "");
 }
 
 std::string describe_plan(const PlannedMotion& plan) { return describe_plan(plan.report, plan.homes_first, to_sentence(plan.kind)); }

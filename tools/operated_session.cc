@@ -1,5 +1,6 @@
 #include "tools/operated_session.h"
 
+#include <fmt/format.h>
 #include <spdlog/spdlog.h>
 #include <unistd.h>
 
@@ -45,7 +46,7 @@ ExitCode run_session(const std::filesystem::path& folder, const SessionConfig& c
         out << "written to     " << folder.string() << ": config.yaml, journal.jsonl, " << files << '\n';
         return exit_code_of(run.result);
     } catch (const NotFinished&) {
-        throw SetupError(folder.string() + ": this session is not finished; resume it without --replay");
+        throw SetupError(fmt::format("{}: this session is not finished; resume it without --replay", folder.string()));
     } catch (const DeviceError&) {
         if (std::filesystem::exists(folder / kJournalFile)) {
             spdlog::warn("what was touched is in {}; go on with: palpate resume {}", (folder / kJournalFile).string(), folder.string());

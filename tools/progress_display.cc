@@ -1,12 +1,12 @@
 #include "tools/progress_display.h"
 
+#include <fmt/format.h>
 #include <sys/ioctl.h>
 #include <unistd.h>
 
 #include <algorithm>
 #include <array>
 #include <cmath>
-#include <cstdio>
 #include <cstdlib>
 #include <string_view>
 #include <utility>
@@ -57,16 +57,10 @@ int columns_of(int file_descriptor) {
 double clean_fraction(double fraction) { return fraction > 0.0 ? std::min(fraction, 1.0) : 0.0; }  // NaN: 0
 
 // Rounded down: 100 % is said only when it is so.
-std::string percent_text(double fraction) {
-    std::array<char, 16> text{};
-    std::snprintf(text.data(), text.size(), "%3d %%", static_cast<int>(std::floor(100.0 * fraction)));
-    return text.data();
-}
+std::string percent_text(double fraction) { return fmt::format("{:3} %", static_cast<int>(std::floor(100.0 * fraction))); }
 
 std::string ball_text(const Progress& progress) {
-    std::array<char, 96> text{};
-    std::snprintf(text.data(), text.size(), "ball %.3g of %.3g mm", progress.worst_ball_radius, progress.epsilon);
-    return text.data();
+    return fmt::format("ball {:.3g} of {:.3g} mm", progress.worst_ball_radius, progress.epsilon);
 }
 
 // `columns` wide; with eighths of a column where the terminal has such characters.
@@ -83,17 +77,17 @@ std::string bar_text(double fraction, int columns, bool unicode, bool colours) {
         ++used;
     }
     if (colours) {
-        done = std::string(kBarColour) + done + std::string(kPlainColour);
+        done = fmt::format("{}{}{}", kBarColour, done, kPlainColour);
     }
     const int inner = unicode ? columns : columns - 2;
     const std::string rest(static_cast<std::size_t>(std::max(0, inner - used)), unicode ? ' ' : '.');
-    return unicode ? done + rest : "[" + done + rest + "]";
+    return unicode ? done + rest : fmt::format("[{}{}]", done, rest);
 }
 
 // Most important first. All parts are ASCII: bytes are columns.
 std::vector<std::string> parts_of(const Progress& progress) {
-    return {percent_text(clean_fraction(progress.fraction_done)), std::to_string(progress.samples) + " samples",
-            std::to_string(progress.probes) + " probes", ball_text(progress), std::to_string(progress.open_edges) + " open edges"};
+    return {percent_text(clean_fraction(progress.fraction_done)), fmt::format("{} samples", progress.samples),
+            fmt::format("{} probes", progress.probes), ball_text(progress), fmt::format("{} open edges", progress.open_edges)};
 }
 
 }  // namespace
@@ -183,7 +177,7 @@ std::string progress_line(const Progress& progress, int columns, bool unicode, b
     const int reserved = kMinBarColumns + static_cast<int>(kGap.size());
     std::string text = parts.front();
     for (std::size_t i = 1; i < parts.size(); ++i) {
-        const std::string longer = text + std::string(kGap) + parts[i];
+        const std::string longer = fmt::format("{}{}{}", text, kGap, parts[i]);
         if (static_cast<int>(longer.size()) + reserved > columns) {
             break;
         }
@@ -193,7 +187,8 @@ std::string progress_line(const Progress& progress, int columns, bool unicode, b
     if (left < kMinBarColumns) {
         return text;
     }
-    return bar_text(clean_fraction(progress.fraction_done), std::min(left, kMaxBarColumns), unicode, colours) + std::string(kGap) + text;
+    const std::string bar = bar_text(clean_fraction(progress.fraction_done), std::min(left, kMaxBarColumns), unicode, colours);
+    return fmt::format("{}{}{}", bar, kGap, text);
 }
 
 }  // namespace palpate

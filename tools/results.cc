@@ -1,7 +1,8 @@
 #include "tools/results.h"
 
+#include <fmt/format.h>
+
 #include <ostream>
-#include <sstream>
 
 #include "planner/number_text.h"
 #include "sim/objects/mesh/mesh_file.h"
@@ -42,9 +43,7 @@ void list_places(std::ostream& out, const char* kind, const std::vector<BadPlace
 // "12 (1.5 x the bound)"; without a mesh there is no bound.
 std::string per_bound(double amount, double bound, const std::string& of_what) {
     if (!(bound > 0)) return "";
-    std::ostringstream out;
-    out << " (" << amount / bound << " x the " << of_what << ")";
-    return out.str();
+    return fmt::format(" ({:.6g} x the {})", amount / bound, of_what);
 }
 
 }  // namespace
@@ -62,7 +61,7 @@ std::string write_results(const std::filesystem::path& folder, const Result& res
         return names;
     }
     draw_samples(folder, result.mesh, picture.up);
-    return names + ", " + kPictureFile;
+    return fmt::format("{}, {}", names, kPictureFile);
 }
 
 void draw_session_picture(const std::filesystem::path& folder, char up) { draw_samples(folder, read_triangles(folder / kMeshFile), up); }
@@ -72,13 +71,13 @@ void print_result(const Result& r, double epsilon, const std::string& truth, std
     out << "samples        " << r.samples << per_bound(static_cast<double>(r.samples), r.lower_bound_samples, "hexagonal bound") << "\n"
         << "probes         " << a.probes() << " (" << static_cast<double>(a.probes()) / static_cast<double>(r.samples)
         << " per sample): " << a.contact << " contacts, " << a.clear << " clear"
-        << (a.failed > 0 ? ", " + std::to_string(a.failed) + " failed" : "") << "\n"
+        << (a.failed > 0 ? fmt::format(", {} failed", a.failed) : "") << "\n"
         << "displacement   " << a.displacement() << " mm" << per_bound(a.displacement(), r.lower_bound_displacement, "bound") << ": "
         << a.travel << " travel, " << a.probing << " probing\n"
         << "mesh           " << r.topology.facets << " facets, " << r.topology.components << " component(s), Euler characteristic "
         << r.topology.euler_characteristic << ", " << r.topology.boundary_edges << " boundary and " << r.topology.nonmanifold_edges
         << " non-manifold edges, largest ball " << r.max_ball_radius << " mm (epsilon " << epsilon << ")\n"
-        << (truth.empty() ? "" : "truth          " + truth + "\n") << "certificate    " << to_string(r.certificate.status) << ": "
+        << (truth.empty() ? "" : fmt::format("truth          {}\n", truth)) << "certificate    " << to_string(r.certificate.status) << ": "
         << r.certificate.statement << '\n';
     for (const Premise& premise : r.certificate.premises) {
         out << "  " << to_string(premise.state) << "  " << name_of(premise.kind) << " - " << premise.detail << '\n';

@@ -1,8 +1,11 @@
 #include "tools/session_files.h"
 
+#include <fmt/format.h>
+
 #include <algorithm>
 #include <array>
 #include <fstream>
+#include <iterator>
 #include <system_error>
 
 #include "planner/number_text.h"
@@ -45,12 +48,15 @@ void prepare_session_folder(const fs::path& folder, bool force) {
     std::error_code error;
     for (const char* file : kSessionFiles) {
         if (!force && fs::exists(folder / file, error)) {
-            throw OutputError(folder.string() + ": holds a session already (" + file +
-                              "); choose another folder, resume it, or (simulate) give --force to replace it");
+            throw OutputError(
+                fmt::format("{}: holds a session already ({}); choose another folder, resume it, or (simulate) give --force to replace it",
+                            folder.string(), file));
         }
     }
     fs::create_directories(folder, error);
-    if (error || !fs::is_directory(folder)) throw OutputError(folder.string() + ": cannot make this folder: " + error.message());
+    if (error || !fs::is_directory(folder)) {
+        throw OutputError(fmt::format("{}: cannot make this folder: {}", folder.string(), error.message()));
+    }
     write_file(folder / "palpate.trial", "");
     fs::remove(folder / "palpate.trial", error);
 }
@@ -74,23 +80,32 @@ void write_file(const fs::path& file, const std::string& content) {
         out.close();
         if (!out) {
             fs::remove(unfinished, error);
-            throw OutputError(file.string() + ": cannot be written: is the disk full, or the folder read-only?");
+            throw OutputError(fmt::format("{}: cannot be written: is the disk full, or the folder read-only?", file.string()));
         }
     }
     fs::rename(unfinished, file, error);
-    if (error) throw OutputError(file.string() + ": cannot be written: " + error.message());
+    if (error) throw OutputError(fmt::format("{}: cannot be written: {}", file.string(), error.message()));
 }
 
 std::string to_ply(const TriangleMesh& mesh) {
-    std::string text = "ply\nformat ascii 1.0\ncomment made by Palpate; millimetres\nelement vertex " + std::to_string(mesh.points.size()) +
-                       "\nproperty double x\nproperty double y\nproperty double z\nelement face " + std::to_string(mesh.triangles.size()) +
-                       "\nproperty list uchar int vertex_indices\nend_header\n";
+    std::string text = fmt::format(
+        "ply\n"
+        "format ascii 1.0\n"
+        "comment made by Palpate; millimetres\n"
+        "element vertex {}\n"
+        "property double x\n"
+        "property double y\n"
+        "property double z\n"
+        "element face {}\n"
+        "property list uchar int vertex_indices\n"
+        "end_header\n",
+        mesh.points.size(), mesh.triangles.size());
     for (const Point& p : mesh.points) {
         append(text, p, ' ');
         text += '\n';
     }
     for (const auto& [a, b, c] : mesh.triangles) {
-        text += "3 " + std::to_string(a) + ' ' + std::to_string(b) + ' ' + std::to_string(c) + '\n';
+        fmt::format_to(std::back_inserter(text), "3 {} {} {}\n", a, b, c);
     }
     return text;
 }
@@ -99,11 +114,12 @@ std::string to_csv(const std::vector<Touch>& touches) {
     std::string text = "touch,x,y,z,from_x,from_y,from_z,role,sample\n";
     for (std::size_t k = 0; k < touches.size(); ++k) {
         const Touch& touch = touches[k];
-        text += std::to_string(k) + ',';
+        fmt::format_to(std::back_inserter(text), "{},", k);
         append(text, touch.position, ',');
         text += ',';
         append(text, touch.from, ',');
-        text += std::string(",") + to_string(touch.role) + ',' + (touch.sample ? std::to_string(*touch.sample) : "") + '\n';
+        const std::string sample = touch.sample ? std::to_string(*touch.sample) : "";
+        fmt::format_to(std::back_inserter(text), ",{},{}\n", to_string(touch.role), sample);
     }
     return text;
 }

@@ -1,5 +1,7 @@
 #include "tools/session_plan.h"
 
+#include <fmt/format.h>
+
 #include <algorithm>
 #include <fstream>
 
@@ -8,7 +10,7 @@
 namespace palpate {
 namespace {
 
-std::string full_key(std::string_view connection) { return "machine." + std::string(connection); }
+std::string full_key(std::string_view connection) { return fmt::format("machine.{}", connection); }
 
 }  // namespace
 
@@ -23,7 +25,7 @@ bool is_connection_key(std::string_view key) {
 }
 
 Region machine_workspace(const SessionConfig& config) {
-    if (!config.machine) throw SetupError("machine: missing; a session on a machine needs " + connection_keys());
+    if (!config.machine) throw SetupError(fmt::format("machine: missing; a session on a machine needs {}", connection_keys()));
     std::optional<Region> workspace;
     if (const auto* ball = std::get_if<Ball>(&config.workspace)) workspace.emplace(*ball);
     if (const auto* box = std::get_if<Box>(&config.workspace)) workspace.emplace(*box);

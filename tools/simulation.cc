@@ -1,6 +1,6 @@
 #include "tools/simulation.h"
 
-#include <sstream>
+#include <fmt/format.h>
 
 #include "devices/device_oracle.h"
 #include "devices/errors.h"
@@ -26,9 +26,10 @@ Scene build_scene(const SessionConfig& config) {
     Region workspace = build_workspace(config.workspace, object);
     if (const auto outside = point_outside(object, workspace)) {
         const Box& bounds = object.bounds();
-        throw SetupError("workspace: the object is not well inside it: it has a point at " + point_text(*outside) +
-                         ", outside or at the boundary, where the tool moves; its bounds are " + point_text(bounds.min) + " to " +
-                         point_text(bounds.max) + "; make the workspace larger, or say workspace: auto");
+        throw SetupError(
+            fmt::format("workspace: the object is not well inside it: it has a point at {}, outside or at the boundary, where the tool "
+                        "moves; its bounds are {} to {}; make the workspace larger, or say workspace: auto",
+                        point_text(*outside), point_text(bounds.min), point_text(bounds.max)));
     }
     check_options(workspace, config.probing, config.traits());
     return {std::move(object), std::move(workspace)};

@@ -1,5 +1,7 @@
 #include "config/internal/key_reader.h"
 
+#include <fmt/format.h>
+
 #include <algorithm>
 #include <numeric>
 
@@ -31,7 +33,7 @@ std::size_t edit_distance(std::string_view a, std::string_view b) {
 template <class Body>
 void run(const Value& node, const std::string& path, const Body& body) {
     if (node.kind != Value::Kind::mapping) {
-        fail(node.where, path, spell(node) + " is not a mapping; allowed: a mapping");
+        fail(node.where, path, fmt::format("{} is not a mapping; allowed: a mapping", spell(node)));
     }
     KeyReader inner(node, path);
     body(inner);
@@ -60,7 +62,7 @@ std::optional<std::size_t> KeyReader::word_or_mapping(const Key& key, std::span<
     }
     const std::optional<std::size_t> word = find_word(*node, words);
     if (!word) {
-        refuse(*node, {path_of(key.name), join(words) + ", or a mapping"}, "is not one of the words");
+        refuse(*node, {path_of(key.name), fmt::format("{}, or a mapping", join(words))}, "is not one of the words");
     }
     return word;
 }
@@ -72,11 +74,11 @@ void KeyReader::list(const Key& key, const Length& length, std::size_t /*held*/,
         return;
     }
     if (node->kind != Value::Kind::list || node->children.size() < length.least) {
-        const std::string why = node->kind == Value::Kind::list ? "the list is too short" : spell(*node) + " is not a list";
-        fail(node->where, path_of(key.name), why + "; allowed: a list of mappings, " + range);
+        const std::string why = node->kind == Value::Kind::list ? "the list is too short" : fmt::format("{} is not a list", spell(*node));
+        fail(node->where, path_of(key.name), fmt::format("{}; allowed: a list of mappings, {}", why, range));
     }
     for (std::size_t k = 0; k < node->children.size(); ++k) {
-        run(node->children[k], path_of(key.name) + "[" + std::to_string(k) + "]", [&](KeyReader& inner) { body(inner, k); });
+        run(node->children[k], fmt::format("{}[{}]", path_of(key.name), k), [&](KeyReader& inner) { body(inner, k); });
     }
 }
 
@@ -93,8 +95,9 @@ void KeyReader::require_one_alternative() const {
         }
     }
     if (present.size() != 1) {
-        const std::string what = present.empty() ? "holds none of its alternatives" : "holds " + join(present, " and ");
-        fail(present.empty() ? node_->where : location_of(present.back()), path_, what + "; allowed: exactly one of " + allowed);
+        const std::string what = present.empty() ? "holds none of its alternatives" : fmt::format("holds {}", join(present, " and "));
+        fail(present.empty() ? node_->where : location_of(present.back()), path_,
+             fmt::format("{}; allowed: exactly one of {}", what, allowed));
     }
 }
 
@@ -113,7 +116,7 @@ void KeyReader::finish() const {
     }
     for (const Offer& candidate : offers_) {
         if (candidate.need == Need::required && !has(candidate.name)) {
-            fail(node_->where, path_of(candidate.name), "is required; allowed: " + candidate.allowed);
+            fail(node_->where, path_of(candidate.name), fmt::format("is required; allowed: {}", candidate.allowed));
         }
     }
 }
@@ -123,7 +126,7 @@ const Value* KeyReader::offer(const Key& key, const std::string& allowed) {
     return node_->find(key.name);
 }
 
-std::string KeyReader::path_of(std::string_view key) const { return path_.empty() ? std::string(key) : path_ + "." + std::string(key); }
+std::string KeyReader::path_of(std::string_view key) const { return path_.empty() ? std::string(key) : fmt::format("{}.{}", path_, key); }
 
 Location KeyReader::location_of(std::string_view key) const {
     const Value* child = node_->find(key);
@@ -142,12 +145,12 @@ void KeyReader::fail_unknown(const Value& child) const {
             nearest = candidate.name;
         }
     }
-    const std::string hint = nearest.empty() ? "" : "; did you mean \"" + nearest + "\"?";
+    const std::string hint = nearest.empty() ? "" : fmt::format("; did you mean \"{}\"?", nearest);
     // Spelled by the same rules as a value, so that a strange key cannot garble the message.
     Value key;
     key.kind = Value::Kind::scalar;
     key.text = child.key;
-    fail(child.where, path_of(spell(key)), "unknown key" + hint + "; allowed: " + allowed);
+    fail(child.where, path_of(spell(key)), fmt::format("unknown key{}; allowed: {}", hint, allowed));
 }
 
 }  // namespace palpate::yaml

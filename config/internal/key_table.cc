@@ -1,5 +1,7 @@
 #include "config/internal/key_table.h"
 
+#include <fmt/format.h>
+
 #include "config/internal/kinds.h"
 
 namespace palpate::yaml {
@@ -35,6 +37,6 @@ void KeyTable::add(const Key& key, const std::string& type, const std::string& d
     docs_.push_back({path_of(key.name), type, std::string(key.unit), standard, range, std::string(key.meaning)});
 }
 
-std::string KeyTable::path_of(std::string_view key) const { return path_.empty() ? std::string(key) : path_ + "." + std::string(key); }
+std::string KeyTable::path_of(std::string_view key) const { return path_.empty() ? std::string(key) : fmt::format("{}.{}", path_, key); }
 
 }  // namespace palpate::yaml

@@ -1,5 +1,7 @@
 #include "config/internal/key_writer.h"
 
+#include <fmt/format.h>
+
 namespace palpate::yaml {
 
 bool KeyWriter::mapping(const Key& key, bool is_held, const Body& body) {
@@ -9,7 +11,7 @@ bool KeyWriter::mapping(const Key& key, bool is_held, const Body& body) {
         if (key.layout == Layout::flow) {
             add(key, inner.flow());
         } else {
-            lines_.push_back(std::string(key.name) + ":");
+            lines_.push_back(fmt::format("{}:", key.name));
             add_indented(inner, "  ", "  ");
         }
     }
@@ -27,7 +29,7 @@ std::optional<std::size_t> KeyWriter::word_or_mapping(const Key& key, std::span<
 }
 
 void KeyWriter::list(const Key& key, const Length& /*length*/, std::size_t held, const ElementBody& body) {
-    lines_.push_back(std::string(key.name) + (held == 0 ? ": []" : ":"));
+    lines_.push_back(fmt::format("{}:{}", key.name, held == 0 ? " []" : ""));
     for (std::size_t k = 0; k < held; ++k) {
         KeyWriter inner;
         body(inner, k);
@@ -39,13 +41,7 @@ void KeyWriter::list(const Key& key, const Length& /*length*/, std::size_t held,
     }
 }
 
-std::string KeyWriter::flow() const {
-    std::string text = "{";
-    for (const std::string& line : lines_) {
-        text += (text.size() == 1 ? "" : ", ") + line;
-    }
-    return text + "}";
-}
+std::string KeyWriter::flow() const { return fmt::format("{{{}}}", fmt::join(lines_, ", ")); }
 
 void KeyWriter::add_indented(const KeyWriter& inner, const std::string& first, const std::string& others) {
     for (const std::string& line : inner.lines_) {

@@ -1,6 +1,8 @@
 // Spells the keys of one mapping out, in the order in which they are declared.
 #pragma once
 
+#include <fmt/format.h>
+
 #include <cstddef>
 #include <functional>
 #include <optional>
@@ -31,7 +33,7 @@ public:
     [[nodiscard]] const std::vector<std::string>& lines() const { return lines_; }
 
 private:
-    void add(const Key& key, const std::string& text) { lines_.push_back(std::string(key.name) + ": " + text); }
+    void add(const Key& key, const std::string& text) { lines_.push_back(fmt::format("{}: {}", key.name, text)); }
     // "{one: 1, two: 2}", of lines that are flows themselves.
     [[nodiscard]] std::string flow() const;
     void add_indented(const KeyWriter& inner, const std::string& first, const std::string& others);

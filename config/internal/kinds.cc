@@ -1,5 +1,6 @@
 #include "config/internal/kinds.h"
 
+#include <fmt/format.h>
 #include <utf8.h>
 
 #include <algorithm>
@@ -7,24 +8,13 @@
 
 namespace palpate::yaml {
 
-namespace {
-
-constexpr std::string_view kHex = "0123456789abcdef";
-
-}  // namespace
-
 std::string join(std::span<const std::string_view> words, std::string_view separator) {
-    std::string text;
-    for (const std::string_view word : words) {
-        text += text.empty() ? "" : separator;
-        text += word;
-    }
-    return text;
+    return fmt::format("{}", fmt::join(words, separator));
 }
 
-std::string word_or_mapping_range(std::span<const std::string_view> words) { return join(words) + ", or " + std::string(kMappingRange); }
+std::string word_or_mapping_range(std::span<const std::string_view> words) { return fmt::format("{}, or {}", join(words), kMappingRange); }
 
-std::string length_range(const Length& length) { return length.least > 0 ? "at least " + std::to_string(length.least) : "any length"; }
+std::string length_range(const Length& length) { return length.least > 0 ? fmt::format("at least {}", length.least) : "any length"; }
 
 std::optional<std::size_t> find_word(const Value& node, std::span<const std::string_view> words) {
     const auto found = std::find(words.begin(), words.end(), node.text);
@@ -36,8 +26,9 @@ std::optional<std::size_t> find_word(const Value& node, std::span<const std::str
 
 void require_triple(const Value& node, const Spot& spot) {
     if (node.kind != Value::Kind::list || node.children.size() != 3) {
-        const std::string count = node.kind == Value::Kind::list ? " of " + std::to_string(node.children.size()) : "";
-        fail(node.where, spot.path, spell(node) + count + " is not a list of three numbers; allowed: [x, y, z], each " + spot.allowed);
+        const std::string count = node.kind == Value::Kind::list ? fmt::format(" of {}", node.children.size()) : "";
+        fail(node.where, spot.path,
+             fmt::format("{}{} is not a list of three numbers; allowed: [x, y, z], each {}", spell(node), count, spot.allowed));
     }
 }
 
@@ -51,7 +42,7 @@ std::size_t Word::index_of(const Value& node, const Spot& spot) const {
 
 std::string Word::word_at(std::size_t index) const {
     if (index >= words.size()) {
-        throw std::invalid_argument("there is no word for a value; the words are " + join(words));
+        throw std::invalid_argument(fmt::format("there is no word for a value; the words are {}", join(words)));
     }
     return std::string(words[index]);
 }
@@ -68,15 +59,15 @@ void Text::read(const Value& node, const Spot& spot, std::string& field) {
 
 std::string Text::text(const std::string& field) {
     if (!utf8::is_valid(field)) {
-        throw std::invalid_argument("the file name \"" + field + "\" is not UTF-8, so YAML cannot hold it");
+        throw std::invalid_argument(fmt::format("the file name \"{}\" is not UTF-8, so YAML cannot hold it", field));
     }
     std::string result = "\"";
     for (const char c : field) {
         const auto byte = static_cast<unsigned char>(c);
         if (c == '"' || c == '\\') {
-            result += std::string("\\") + c;
+            result += fmt::format("\\{}", c);
         } else if (byte < 0x20U || byte == 0x7FU) {
-            result += std::string("\\x") + kHex[byte >> 4U] + kHex[byte & 15U];
+            result += fmt::format("\\x{:02x}", byte);
         } else {
             result += c;
         }

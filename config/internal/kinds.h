@@ -6,6 +6,8 @@
 //                             std::invalid_argument on what YAML cannot hold
 #pragma once
 
+#include <fmt/format.h>
+
 #include <array>
 #include <concepts>
 #include <cstdint>
@@ -70,11 +72,11 @@ struct Triple {
     void read(const Value& node, const Spot& spot, Vector& field) const {
         require_triple(node, spot);
         for (int i = 0; i < 3; ++i) {
-            each.read(node.children[static_cast<std::size_t>(i)], {spot.path + "[" + std::to_string(i) + "]", spot.allowed}, field[i]);
+            each.read(node.children[static_cast<std::size_t>(i)], {fmt::format("{}[{}]", spot.path, i), spot.allowed}, field[i]);
         }
     }
     [[nodiscard]] std::string text(const Vector& field) const {
-        return "[" + each.text(field.x()) + ", " + each.text(field.y()) + ", " + each.text(field.z()) + "]";
+        return fmt::format("[{}, {}, {}]", each.text(field.x()), each.text(field.y()), each.text(field.z()));
     }
 };
 template <class Each>
@@ -85,9 +87,7 @@ struct Whole {
     std::uint64_t high = std::numeric_limits<std::uint64_t>::max();
 
     [[nodiscard]] static std::string type() { return "whole number"; }
-    [[nodiscard]] std::string range(std::string_view unit) const {
-        return with_unit("from " + std::to_string(low) + " to " + std::to_string(high), unit);
-    }
+    [[nodiscard]] std::string range(std::string_view unit) const { return with_unit(fmt::format("from {} to {}", low, high), unit); }
     template <std::integral Integer>
     void read(const Value& node, const Spot& spot, Integer& field) const {
         field = static_cast<Integer>(read_whole_number(node, low, high, spot));

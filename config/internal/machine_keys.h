@@ -1,6 +1,8 @@
 // `machine:` of a configuration.
 #pragma once
 
+#include <fmt/format.h>
+
 #include <array>
 #include <string>
 #include <string_view>
@@ -28,7 +30,7 @@ inline constexpr std::uint64_t kMaxTouches = 100;
 
 template <class Archive>
 void require_speed(Archive& keys, int baud) {
-    keys.require(is_serial_speed(baud), "baud", std::to_string(baud) + " is no speed of serial ports; allowed: " + serial_speeds());
+    keys.require(is_serial_speed(baud), "baud", fmt::format("{} is no speed of serial ports; allowed: {}", baud, serial_speeds()));
 }
 
 template <class Archive>
@@ -144,7 +146,7 @@ void describe(Archive& keys, MachineConfig& machine) {
                  "is not possible with machine.modbus, whose registers have no command for it; allowed: require; home the machine at its "
                  "own panel");
     const std::string problem = stopping_problem(machine.motion);
-    keys.require(problem.empty(), "overtravel", "is too small: " + problem + "; allowed: more than that, or lower machine.feeds");
+    keys.require(problem.empty(), "overtravel", fmt::format("is too small: {}; allowed: more than that, or lower machine.feeds", problem));
     keys.require(machine.motion.retract_mm >= kLeastRetract * machine.motion.resolution_mm, "retract",
                  "is lost in the machine's rounding; allowed: at least 5 x machine.resolution");
 }

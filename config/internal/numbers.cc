@@ -1,5 +1,7 @@
 #include "config/internal/numbers.h"
 
+#include <fmt/format.h>
+
 #include <array>
 #include <charconv>
 #include <cmath>
@@ -62,20 +64,20 @@ void require_finite(double value) {
 }  // namespace
 
 std::string Bounds::text() const {
-    const std::string from = low_included ? "at least " : "greater than ";
     if (high < std::numeric_limits<double>::infinity()) {
-        return low_included ? "from " + number_text(low) + " to " + number_text(high)
-                            : from + number_text(low) + ", at most " + number_text(high);
+        return low_included ? fmt::format("from {} to {}", number_text(low), number_text(high))
+                            : fmt::format("greater than {}, at most {}", number_text(low), number_text(high));
     }
-    return low > -std::numeric_limits<double>::infinity() ? from + number_text(low) : "any number";
+    if (!(low > -std::numeric_limits<double>::infinity())) return "any number";
+    return fmt::format("{} {}", low_included ? "at least" : "greater than", number_text(low));
 }
 
 std::string with_unit(const std::string& range, std::string_view unit) {
-    return unit.empty() ? range : range + " (" + std::string(unit) + ")";
+    return unit.empty() ? range : fmt::format("{} ({})", range, unit);
 }
 
 void refuse(const Value& node, const Spot& spot, const std::string& why) {
-    fail(node.where, spot.path, spell(node) + " " + why + "; allowed: " + spot.allowed);
+    fail(node.where, spot.path, fmt::format("{} {}; allowed: {}", spell(node), why, spot.allowed));
 }
 
 double read_number(const Value& node, const Bounds& bounds, const Spot& spot) {
@@ -127,7 +129,7 @@ std::string degrees_text(double radians) {
             return {buffer.begin(), end};
         }
     }
-    throw std::invalid_argument("an angle of " + number_text(radians) + " radians cannot be written in degrees");
+    throw std::invalid_argument(fmt::format("an angle of {} radians cannot be written in degrees", number_text(radians)));
 }
 
 }  // namespace palpate::yaml

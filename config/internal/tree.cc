@@ -1,5 +1,6 @@
 #include "config/internal/tree.h"
 
+#include <fmt/format.h>
 #include <utf8.h>
 #include <yaml-cpp/eventhandler.h>
 #include <yaml-cpp/exceptions.h>
@@ -103,7 +104,7 @@ private:
         std::string result = path_;
         for (const Frame& frame : stack_) {
             if (frame.node.kind == Value::Kind::list) {
-                result += "[" + std::to_string(frame.node.children.size()) + "]";
+                result += fmt::format("[{}]", frame.node.children.size());
             } else if (frame.key) {
                 result += (result.empty() ? "" : ".") + shorten(frame.key->text);
             }
@@ -127,7 +128,7 @@ private:
     void open(const YAML::Mark& mark, const std::string& tag, YAML::anchor_t anchor, Value::Kind kind) {
         refuse_extras(mark, anchor, tag);
         if (stack_.size() >= kMaxDepth) {
-            fail(at(mark), "", "nested too deeply; allowed: " + std::to_string(kMaxDepth) + " levels");
+            fail(at(mark), "", fmt::format("nested too deeply; allowed: {} levels", kMaxDepth));
         }
         stack_.push_back({make(mark, kind), std::nullopt, {}});
     }
@@ -158,7 +159,7 @@ private:
 
     void add_key(Frame& frame, Value key) const {
         if (key.kind != Value::Kind::scalar) {
-            fail(key.where, path(), spell(key) + " is not a key; allowed: a word before the colon");
+            fail(key.where, path(), fmt::format("{} is not a key; allowed: a word before the colon", spell(key)));
         }
         const bool fresh = frame.keys.insert(key.text).second;
         const Location where = key.where;
@@ -166,8 +167,8 @@ private:
         frame.key = std::move(key);
         if (!fresh) {
             const Value* first = frame.node.find(text);
-            const std::string line = first->where.line > 0 ? ", first on line " + std::to_string(first->where.line) : "";
-            fail(where, path(), "is given twice" + line + "; allowed: once");
+            const std::string line = first->where.line > 0 ? fmt::format(", first on line {}", first->where.line) : "";
+            fail(where, path(), fmt::format("is given twice{}; allowed: once", line));
         }
     }
 
@@ -213,15 +214,8 @@ const Value* Value::find(std::string_view name) const {
 }
 
 void fail(const Location& where, std::string_view key, const std::string& what) {
-    std::string message = *where.source;
-    if (where.line > 0) {
-        message += ":" + std::to_string(where.line);
-    }
-    message += ": ";
-    if (!key.empty()) {
-        message += std::string(key) + ": ";
-    }
-    throw ConfigError(message + what);
+    const std::string place = where.line > 0 ? fmt::format("{}:{}", *where.source, where.line) : *where.source;
+    throw ConfigError(key.empty() ? fmt::format("{}: {}", place, what) : fmt::format("{}: {}: {}", place, key, what));
 }
 
 std::string spell(const Value& node) {
@@ -235,12 +229,12 @@ std::string spell(const Value& node) {
         case Value::Kind::scalar:
             break;
     }
-    return node.quoted ? "\"" + shorten(node.text) + "\"" : shorten(node.text);
+    return node.quoted ? fmt::format("\"{}\"", shorten(node.text)) : shorten(node.text);
 }
 
 Value parse(const std::string& text, const Location& where, const std::string& path) {
     if (text.size() > kMaxBytes) {
-        fail({where.source, 0}, path, "is too long; allowed: " + std::to_string(kMaxBytes) + " bytes");
+        fail({where.source, 0}, path, fmt::format("is too long; allowed: {} bytes", kMaxBytes));
     }
     TreeBuilder builder(where, path);
     std::istringstream stream(text);
@@ -253,10 +247,10 @@ Value parse(const std::string& text, const Location& where, const std::string& p
     } catch (const YAML::Exception& error) {
         Location place = where;
         place.line = where.line > 0 && error.mark.line >= 0 ? where.line + error.mark.line : 0;
-        fail(place, path, "is not valid YAML: " + error.msg);
+        fail(place, path, fmt::format("is not valid YAML: {}", error.msg));
     } catch (const std::exception& error) {
         // yaml-cpp lets a few of the standard library's through on malformed text.
-        fail({where.source, 0}, path, std::string("is not valid YAML: ") + error.what());
+        fail({where.source, 0}, path, fmt::format("is not valid YAML: {}", error.what()));
     }
     if (!builder.root()) {
         fail(where, path, "is empty; allowed: one YAML document");
@@ -265,7 +259,7 @@ Value parse(const std::string& text, const Location& where, const std::string& p
 }
 
 void apply_override(Value& root, const std::string& assignment) {
-    const Location where{std::make_shared<const std::string>("--set " + shorten(assignment)), 0};
+    const Location where{std::make_shared<const std::string>(fmt::format("--set {}", shorten(assignment))), 0};
     if (!utf8::is_valid(assignment)) {
         fail(where, "", "is not UTF-8; allowed: Unicode text");
     }
@@ -282,7 +276,7 @@ void apply_override(Value& root, const std::string& assignment) {
             place->kind = Value::Kind::mapping;
         }
         if (place->kind != Value::Kind::mapping) {
-            fail(where, path, spell(*place) + " is not a mapping; allowed: --set " + path + "={...}, which replaces it");
+            fail(where, path, fmt::format("{} is not a mapping; allowed: --set {}={{...}}, which replaces it", spell(*place), path));
         }
         path += (path.empty() ? "" : ".") + part;
         place = &child_of(*place, part, where);

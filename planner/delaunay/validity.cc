@@ -1,6 +1,7 @@
 // MaintainedDelaunay::is_valid: the invariants of planner/DESIGN.md, "State" and "Insertion", as far as they can be told without O.
+#include <fmt/format.h>
+
 #include <cmath>
-#include <sstream>
 
 #include "planner/delaunay/maintained_delaunay.h"
 
@@ -13,14 +14,14 @@ constexpr double kTolerance = 1e-9;
 }  // namespace
 
 bool MaintainedDelaunay::is_valid(std::string* why, const std::function<Point(Anchor)>& place_of) const {
-    std::ostringstream wrong;
+    std::string wrong;
     const double tolerance = kTolerance * surroundings_.region().radius();
     const auto check = [&](bool good, DirectedEdge e, const char* what) {
-        if (!good && wrong.tellp() == 0) wrong << "cell " << e.cell << ", facet " << e.facet << ": " << what;
+        if (!good && wrong.empty()) wrong = fmt::format("cell {}, facet {}: {}", e.cell, e.facet, what);
         return good;
     };
     bool valid = delaunay_.is_valid();
-    if (!valid) wrong << "the triangulation is not Delaunay";
+    if (!valid) wrong = "the triangulation is not Delaunay";
     std::size_t live = 0;
     for (CellId id = 0; id < cells_.size(); ++id) {
         const Cell& cell = cells_[id];
@@ -70,9 +71,9 @@ bool MaintainedDelaunay::is_valid(std::string* why, const std::function<Point(An
     }
     if (live != delaunay_.tds().number_of_cells()) {
         valid = false;
-        wrong << " cells without a slot";
+        wrong += " cells without a slot";
     }
-    if (why != nullptr) *why = wrong.str();
+    if (why != nullptr) *why = wrong;
     return valid;
 }
 

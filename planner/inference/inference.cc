@@ -1,5 +1,7 @@
 #include "planner/inference/inference.h"
 
+#include <fmt/format.h>
+
 #include <Eigen/Geometry>
 #include <algorithm>
 #include <cmath>
@@ -171,7 +173,7 @@ void Inference::note(Refutation refutation) {
 
 void Inference::contradict(std::span<const std::uint32_t> samples, const Point& x) {
     if (!is_worse(1)) return;
-    note({{samples.begin(), samples.end()}, 1, 0, "S was not met at " + point_text(x) + ", where the bound makes it cross"});
+    note({{samples.begin(), samples.end()}, 1, 0, fmt::format("S was not met at {}, where the bound makes it cross", point_text(x))});
 }
 
 void Inference::check_way(const Point& x, std::uint32_t home) {
@@ -183,7 +185,7 @@ void Inference::check_way(const Point& x, std::uint32_t home) {
     check(x, true, lenses);
     if (bound_.is_local && apexes_[nearest].clearance == clearance_before) apexes_[nearest].clearance *= kBlocked;
     if (bound_.is_local || is_refuted()) return;
-    note({{nearest}, 1, 0, "the touch at " + point_text(x) + " was met on a way that the bound makes free"});
+    note({{nearest}, 1, 0, fmt::format("the touch at {} was met on a way that the bound makes free", point_text(x))});
 }
 
 void Inference::refute(std::uint32_t sample, const Point& x, bool touched) {
@@ -204,8 +206,8 @@ void Inference::refute(std::uint32_t sample, const Point& x, bool touched) {
     note({{sample},
           share,
           0,
-          (touched ? "the touch at " : "the free place ") + point_text(x) + " contradicts the normals that the samples around " +
-              point_text(apex.position) + " allow"});
+          fmt::format("{} {} contradicts the normals that the samples around {} allow", touched ? "the touch at" : "the free place",
+                      point_text(x), point_text(apex.position))});
 }
 
 void Inference::refute(const FacetView& seen) {
@@ -232,7 +234,7 @@ void Inference::refute(const FacetView& seen) {
     note({{seen.exterior_of, seen.interior_of},
           share,
           0,
-          "the samples around " + point_text(seen.line.origin) + " would make a place there free and inside the object at once"});
+          fmt::format("the samples around {} would make a place there free and inside the object at once", point_text(seen.line.origin))});
 }
 
 void Inference::lower(double share) {

@@ -1,20 +1,17 @@
 #include "planner/loop/budget.h"
 
-#include <sstream>
+#include <fmt/format.h>
 
 namespace palpate {
 
 std::string used_up(const Budget& budget, const Cost& cost, const MachineRates& rates) {
     // Asked before every action: nothing is built until it is used up.
-    const auto name = [](const auto& amount, const char* of_what) {
-        std::ostringstream text;
-        text << amount << of_what;
-        return text.str();
-    };
-    if (budget.probes && cost.probes() >= *budget.probes) return name(*budget.probes, " probes");
-    if (budget.displacement && cost.displacement() >= *budget.displacement) return name(*budget.displacement, " mm of displacement");
+    if (budget.probes && cost.probes() >= *budget.probes) return fmt::format("{} probes", *budget.probes);
+    if (budget.displacement && cost.displacement() >= *budget.displacement) {
+        return fmt::format("{:.6g} mm of displacement", *budget.displacement);
+    }
     if (budget.machine_time && estimate_machine_time(cost, rates).count() >= *budget.machine_time) {
-        return name(*budget.machine_time, " s of machine time");
+        return fmt::format("{:.6g} s of machine time", *budget.machine_time);
     }
     return {};
 }

@@ -1,5 +1,7 @@
 #include "planner/loop/graze.h"
 
+#include <fmt/format.h>
+
 #include <Eigen/Geometry>
 
 #include "planner/errors.h"
@@ -25,8 +27,8 @@ void expect_graze(ProbeHead& head, const Crossing& touched, double radius) {
         if (answer.is_failed()) return;
         if (answer.is_contact() && (answer.position - touched.near).norm() <= kNearGraze * radius) return;
     }
-    throw ContradictionError("S was touched at " + point_text(touched.near) +
-                             " and is not there any more: the object moved, or that touch was false");
+    throw ContradictionError(
+        fmt::format("S was touched at {} and is not there any more: the object moved, or that touch was false", point_text(touched.near)));
 }
 
 }  // namespace palpate

@@ -1,7 +1,8 @@
 #include "planner/loop/repair.h"
 
+#include <fmt/format.h>
+
 #include <algorithm>
-#include <sstream>
 #include <string>
 
 #include "planner/union_find.h"
@@ -125,13 +126,12 @@ std::vector<SamplePair> Repair::torn_apart(const RestrictedSurface& surface) con
 }
 
 BadPlace Repair::named(const ThinPlace& place) const {
-    std::ostringstream what;
     if (place.thickness == 0) {
-        what << "touch that no facet uses; if it is on a component of its own, give probing.seed_rays a ray to it";
-        return {place.position, what.str(), finest()};
+        return {place.position, "touch that no facet uses; if it is on a component of its own, give probing.seed_rays a ray to it",
+                finest()};
     }
-    what << "wall or sharp edge, " << place.thickness << " mm thick, thinner than samples there show";
-    return {place.position, what.str(), std::min(options_.epsilon, ThinWalls::kPerThickness * place.thickness)};
+    return {place.position, fmt::format("wall or sharp edge, {:.6g} mm thick, thinner than samples there show", place.thickness),
+            std::min(options_.epsilon, ThinWalls::kPerThickness * place.thickness)};
 }
 
 Repair::Findings Repair::findings(const RestrictedSurface& surface, const Topology& topology, const Effort& effort) const {
@@ -157,10 +157,10 @@ Repair::Findings Repair::findings(const RestrictedSurface& surface, const Topolo
         found.bad_places.push_back({(state_.sample(a) + state_.sample(b)) / 2, kTornText, std::min(apart, options_.epsilon)});
         ++found.torn_components;
     }
-    std::ostringstream fruitless;
-    fruitless << "work given up after " << Effort::kTries << " probes, and " << Effort::kPerSample
-              << " more for every sample found there, that settled nothing";
-    for (const Point& place : effort.given_up()) found.bad_places.push_back({place, fruitless.str(), finest()});
+    const std::string fruitless =
+        fmt::format("work given up after {} probes, and {} more for every sample found there, that settled nothing", Effort::kTries,
+                    Effort::kPerSample);
+    for (const Point& place : effort.given_up()) found.bad_places.push_back({place, fruitless, finest()});
     return found;
 }
 

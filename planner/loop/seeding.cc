@@ -1,6 +1,7 @@
 #include "planner/loop/seeding.h"
 
 #include <CGAL/Exact_predicates_inexact_constructions_kernel.h>
+#include <fmt/format.h>
 
 #include <Eigen/Geometry>
 #include <algorithm>
@@ -8,7 +9,6 @@
 #include <limits>
 #include <numbers>
 #include <optional>
-#include <sstream>
 #include <string>
 
 namespace palpate {
@@ -28,13 +28,7 @@ constexpr double kSeedSize = 1.0 / 3.0;
 constexpr int kMaxHalvings = 5;
 static_assert(kRaySpacing / (1 << kMaxHalvings) >= kSeedSpacing, "touches on parallel rays are at least as far apart as the rays");
 
-std::string text(double x) {
-    std::ostringstream out;
-    out << x;
-    return out.str();
-}
-
-std::string text(const Point& p) { return "(" + text(p.x()) + ", " + text(p.y()) + ", " + text(p.z()) + ")"; }
+std::string text(const Point& p) { return fmt::format("({:.6g}, {:.6g}, {:.6g})", p.x(), p.y(), p.z()); }
 
 struct Ray {
     Point origin = Point::Zero();
@@ -111,30 +105,35 @@ private:
             const Ray ray = centre_ray(next_ray_++);
             if (const auto first = touch(context_, ray)) return add(*first, ray);
         }
-        throw SeedError("none of " + std::to_string(kMaxRays) + " rays towards the centre of the workspace, " + text(region().center()) +
-                        ", touched anything: give probing.seed_rays, one ray that meets the object per component, or move the workspace");
+        throw SeedError(
+            fmt::format("none of {} rays towards the centre of the workspace, {}, touched anything: give probing.seed_rays, one ray that "
+                        "meets the object per component, or move the workspace",
+                        kMaxRays, text(region().center())));
     }
 
     void seed_by_user_ray(std::size_t k) {
         const Segment& given = context_.options.seed_rays[k];
-        const std::string name = "seed ray " + std::to_string(k + 1) + ", from " + text(given.source) + " to " + text(given.target) + ", ";
+        const std::string name = fmt::format("seed ray {}, from {} to {},", k + 1, text(given.source), text(given.target));
         if (!context_.space.delaunay().surroundings().is_free(given.source)) {
-            throw SeedError(name + "starts inside the workspace, where no way is proven free yet: start it outside, in probing.seed_rays");
+            throw SeedError(fmt::format(
+                "{} starts inside the workspace, where no way is proven free yet: start it outside, in probing.seed_rays", name));
         }
         const double length = (given.target - given.source).norm();
         const Ray ray{given.source, (given.target - given.source) / length, length, 0.0, true};
         const auto first = touch(context_, ray);
         if (!first) {
-            throw SeedError(
-                name + "touches nothing inside the workspace before it ends: correct probing.seed_rays so that every ray meets the object");
+            throw SeedError(fmt::format(
+                "{} touches nothing inside the workspace before it ends: correct probing.seed_rays so that every ray meets the object",
+                name));
         }
         // The same place twice would give two seed facets in each other's way. If it may be another component, that matters.
         const double nearest = distance_to_samples(first->position);
         if (nearest > context_.options.epsilon) return add(*first, ray);
         if (nearest > kSeedSize * context_.options.epsilon) {
-            throw SeedError(
-                name + "touches " + text(nearest) + " mm beside an earlier one, nearer than epsilon = " + text(context_.options.epsilon) +
-                " mm: if it is the same component, drop the ray from probing.seed_rays; if it is another, make epsilon smaller");
+            throw SeedError(fmt::format(
+                "{} touches {:.6g} mm beside an earlier one, nearer than epsilon = {:.6g} mm: if it is the same component, drop the ray "
+                "from probing.seed_rays; if it is another, make epsilon smaller",
+                name, nearest, context_.options.epsilon));
         }
     }
 
@@ -149,8 +148,9 @@ private:
         }
         if (!spans_space()) {
             throw SeedError(
-                "no first touches farther than epsilon = " + text(context_.options.epsilon) +
-                " mm apart that span a volume: the object is too small for this epsilon; make epsilon smaller, or give probing.seed_rays");
+                fmt::format("no first touches farther than epsilon = {:.6g} mm apart that span a volume: the object is too small for this "
+                            "epsilon; make epsilon smaller, or give probing.seed_rays",
+                            context_.options.epsilon));
         }
     }
 

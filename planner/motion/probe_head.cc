@@ -1,5 +1,7 @@
 #include "planner/motion/probe_head.h"
 
+#include <fmt/format.h>
+
 #include <algorithm>
 #include <cassert>
 #include <stdexcept>
@@ -193,7 +195,9 @@ void ProbeHead::show_alive(const Doubt& doubt, NodeId next) {
     }
     const bool is_shown =
         doubt.kind == Doubt::many_clears ? touch_some(*place, passed_over) : visit(*place, true, watch_->misses_touches());
-    if (!is_shown) throw SilenceError(text(doubt) + "; then nothing was touched at " + point_text(place->position) + kSilent);
+    if (!is_shown) {
+        throw SilenceError(fmt::format("{}; then nothing was touched at {}{}", text(doubt), point_text(place->position), kSilent));
+    }
     if (next != kNoNode) move_along(next, false);  // what is behind is confirmed now
 }
 
@@ -239,9 +243,9 @@ void ProbeHead::note_check(const ProbeAnswer& answer, NodeId from) {
 std::string ProbeHead::text(const Doubt& doubt) {
     switch (doubt.kind) {
         case Doubt::missed:
-            return "a contact was expected at " + point_text(doubt.place) + " at the latest and stayed away twice";
+            return fmt::format("a contact was expected at {} at the latest and stayed away twice", point_text(doubt.place));
         case Doubt::vanished:
-            return "on the way to " + point_text(doubt.place) + " something was touched and, twice, not again";
+            return fmt::format("on the way to {} something was touched and, twice, not again", point_text(doubt.place));
         case Doubt::many_clears:
             break;
     }

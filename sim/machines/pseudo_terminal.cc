@@ -1,6 +1,7 @@
 #include "sim/machines/pseudo_terminal.h"
 
 #include <fcntl.h>
+#include <fmt/format.h>
 #include <poll.h>
 #include <sys/inotify.h>
 #include <termios.h>
@@ -18,7 +19,7 @@ namespace palpate {
 namespace {
 
 [[noreturn]] void fail(const std::string& what) {
-    throw ConnectionLost("pseudo-terminal: " + what + ": " + std::system_category().message(errno));
+    throw ConnectionLost(fmt::format("pseudo-terminal: {}: {}", what, std::system_category().message(errno)));
 }
 
 }  // namespace
@@ -34,7 +35,9 @@ PseudoTerminal::PseudoTerminal(std::filesystem::path link)
         client_path_ = name.data();
         make_client_raw();
         openings_ = inotify_init1(IN_NONBLOCK | IN_CLOEXEC);
-        if (openings_ < 0 || inotify_add_watch(openings_, client_path_.c_str(), IN_OPEN) < 0) fail("cannot watch " + client_path_);
+        if (openings_ < 0 || inotify_add_watch(openings_, client_path_.c_str(), IN_OPEN) < 0) {
+            fail(fmt::format("cannot watch {}", client_path_));
+        }
         make_link();
     } catch (...) {
         close(descriptor_);
@@ -46,13 +49,13 @@ PseudoTerminal::PseudoTerminal(std::filesystem::path link)
 // Opened and closed once: from now on the system tells whether a client is there.
 void PseudoTerminal::make_client_raw() {
     const int client = open(client_path_.c_str(), O_RDWR | O_NOCTTY | O_CLOEXEC);
-    if (client < 0) fail("cannot open the client's end " + client_path_);
+    if (client < 0) fail(fmt::format("cannot open the client's end {}", client_path_));
     termios settings{};
     const bool known = tcgetattr(client, &settings) == 0;
     cfmakeraw(&settings);
     const bool raw = known && tcsetattr(client, TCSANOW, &settings) == 0;
     close(client);
-    if (!raw) fail("cannot make " + client_path_ + " raw");
+    if (!raw) fail(fmt::format("cannot make {} raw", client_path_));
 }
 
 PseudoTerminal::~PseudoTerminal() {
@@ -67,13 +70,14 @@ void PseudoTerminal::make_link() {
     std::error_code error;
     const auto there = std::filesystem::symlink_status(link_, error);
     if (std::filesystem::exists(there) && !std::filesystem::is_symlink(there)) {
-        throw ConnectionLost("pseudo-terminal: " + link_.string() + " is there and is not a link; choose another name for the link");
+        throw ConnectionLost(
+            fmt::format("pseudo-terminal: {} is there and is not a link; choose another name for the link", link_.string()));
     }
     std::filesystem::remove(link_, error);
     std::filesystem::create_symlink(client_path_, link_, error);
     if (error) {
-        throw ConnectionLost("pseudo-terminal: cannot make the link " + link_.string() + ": " + error.message() +
-                             "; choose a folder that can be written to");
+        throw ConnectionLost(fmt::format("pseudo-terminal: cannot make the link {}: {}; choose a folder that can be written to",
+                                         link_.string(), error.message()));
     }
 }
 

@@ -1,5 +1,7 @@
 #include "sim/objects/shapes.h"
 
+#include <fmt/format.h>
+
 #include <algorithm>
 #include <cmath>
 #include <limits>
@@ -18,13 +20,13 @@ constexpr double kInfinity = std::numeric_limits<double>::infinity();
 
 // `number` is "" for the whole, "2" or "2.1" for a part.
 void append_parts(const ShapeSpec& spec, const Pose& outer, const std::string& number, std::vector<PlacedPart>& out) {
-    const std::string where = number.empty() ? "shape" : "part " + number;
-    if (!spec.at.allFinite() || !spec.rotate.allFinite()) throw ObjectError(where + ": at and rotate must be finite numbers");
+    const std::string where = number.empty() ? "shape" : fmt::format("part {}", number);
+    if (!spec.at.allFinite() || !spec.rotate.allFinite()) throw ObjectError(fmt::format("{}: at and rotate must be finite numbers", where));
     const Pose pose = outer * make_pose(spec.rotate, spec.at);
     if (const auto* parts = std::get_if<std::vector<ShapeSpec>>(&spec.kind)) {
-        if (parts->empty()) throw ObjectError(where + ": a union needs at least one part");
+        if (parts->empty()) throw ObjectError(fmt::format("{}: a union needs at least one part", where));
         const std::string prefix = number.empty() ? "" : number + ".";
-        for (std::size_t i = 0; i < parts->size(); ++i) append_parts((*parts)[i], pose, prefix + std::to_string(i + 1), out);
+        for (std::size_t i = 0; i < parts->size(); ++i) append_parts((*parts)[i], pose, fmt::format("{}{}", prefix, i + 1), out);
         return;
     }
     PlacedPart part;
@@ -33,7 +35,7 @@ void append_parts(const ShapeSpec& spec, const Pose& outer, const std::string& n
             if constexpr (std::is_constructible_v<Primitive, decltype(s)>) part.primitive = s;
         },
         spec.kind);
-    part.name = where + " (" + name_of(part.primitive) + ")";
+    part.name = fmt::format("{} ({})", where, name_of(part.primitive));
     require_valid(part.primitive, part.name);
     part.pose = pose;
     part.tolerance = kTolerance * (measures(part.primitive).bounding_radius + pose.translation.norm());
@@ -42,7 +44,7 @@ void append_parts(const ShapeSpec& spec, const Pose& outer, const std::string& n
 
 double checked_gap(const PlacedPart& a, const PlacedPart& b) {
     const double gap = smallest_gap(a, b);
-    if (gap <= 0.0) throw ObjectError(a.name + " and " + b.name + " overlap or touch; place the parts of a union apart");
+    if (gap <= 0.0) throw ObjectError(fmt::format("{} and {} overlap or touch; place the parts of a union apart", a.name, b.name));
     return gap;
 }
 

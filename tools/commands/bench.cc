@@ -1,6 +1,8 @@
 // palpate bench: strategies beside each other.
 #include "tools/bench.h"
 
+#include <fmt/format.h>
+
 #include <iostream>
 
 #include "config/reader.h"
@@ -22,7 +24,7 @@ ExitCode run(const BenchCommand& command, std::ostream& out) {
     if (command.anytime && command.configs.size() != 1) throw SetupError("bench --anytime draws one plot: give one configuration");
     for (const auto& file : {csv, other}) {
         if (!command.force && std::filesystem::exists(file)) {
-            throw OutputError(file.string() + ": exists; choose another name with -o, or give --force to replace it");
+            throw OutputError(fmt::format("{}: exists; choose another name with -o, or give --force to replace it", file.string()));
         }
     }
     if (!std::filesystem::exists(csv)) {

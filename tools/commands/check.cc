@@ -1,4 +1,5 @@
 // palpate check: would a session begin? Moves nothing.
+#include <fmt/format.h>
 #include <unistd.h>
 
 #include <iostream>
@@ -36,7 +37,8 @@ ExitCode check_machine(const CheckCommand& command, const SessionConfig& config,
     out << "machine        " << report.identity << "\nstate          " << report.state << ", at " << point_text(report.position) << '\n';
     bool good = !report.has_problems();
     for (const MachineSetting& setting : report.settings) {
-        out << "  " << setting.name << ": " << setting.value << (setting.problem.empty() ? "" : "  <- " + setting.problem) << '\n';
+        out << "  " << setting.name << ": " << setting.value << (setting.problem.empty() ? "" : fmt::format("  <- {}", setting.problem))
+            << '\n';
     }
     if (report.reach) {
         const bool inside = report.reach->contains(config.machine->limits);
@@ -69,16 +71,16 @@ ExitCode run(const CheckCommand& command, std::ostream& out) {
     const Options& probing = config.probing;
     out << "object         " << point_text(bounds.min) << " to " << point_text(bounds.max) << ", " << scene.object.components()
         << " component(s), Euler characteristic " << scene.object.euler_characteristic() << '\n'
-        << "reach          " << (scene.object.reach() ? std::to_string(*scene.object.reach()) + " mm" : std::string("not known")) << '\n'
+        << "reach          " << (scene.object.reach() ? fmt::format("{:f} mm", *scene.object.reach()) : std::string("not known")) << '\n'
         << "workspace      around " << point_text(scene.workspace.center()) << ", radius " << scene.workspace.radius()
         << " mm; contains the object\n"
         << "epsilon        " << probing.epsilon << " mm; a guarantee of topology needs a reach of at least "
         << probing.epsilon / kMaxEpsilonPerReach << " mm, "
-        << (probing.reach ? "given: " + std::to_string(*probing.reach) + " mm" : "none given") << '\n'
+        << (probing.reach ? fmt::format("given: {:f} mm", *probing.reach) : "none given") << '\n'
         << "strategy       " << to_string(probing.strategy) << '\n'
         << "seeds          "
         << (probing.seed_rays.empty() ? "rays towards the centre of the workspace"
-                                      : std::to_string(probing.seed_rays.size()) + " seed ray(s)")
+                                      : fmt::format("{} seed ray(s)", probing.seed_rays.size()))
         << "\nthe configuration is good\n";
     return ExitCode::done;
 }

@@ -1,4 +1,6 @@
 // palpate resume: a session goes on, or is replayed.
+#include <fmt/format.h>
+
 #include <algorithm>
 #include <array>
 #include <string_view>
@@ -22,9 +24,9 @@ void check_overrides(const ResumeCommand& command) {
     for (const std::string& word : command.overrides) {
         if (is_connection_key(word) || std::ranges::any_of(kAllowed, [&](std::string_view allowed) { return word.starts_with(allowed); }))
             continue;
-        throw SetupError("--set " + word +
-                         ": a session goes on as it began; allowed: machine.homing, machine.probe_proof, and what is below " +
-                         connection_keys());
+        throw SetupError(
+            fmt::format("--set {}: a session goes on as it began; allowed: machine.homing, machine.probe_proof, and what is below {}", word,
+                        connection_keys()));
     }
 }
 
@@ -33,8 +35,8 @@ void check_overrides(const ResumeCommand& command) {
 ExitCode run(const ResumeCommand& command, std::ostream& out) {
     const StopSignals signals;
     if (!fs::is_regular_file(command.folder / kJournalFile)) {
-        throw SetupError(command.folder.string() +
-                         ": holds no journal.jsonl that is a file; only what `palpate probe` began can be resumed");
+        throw SetupError(fmt::format("{}: holds no journal.jsonl that is a file; only what `palpate probe` began can be resumed",
+                                     command.folder.string()));
     }
     check_overrides(command);
     const SessionConfig config = read_config(command.folder / kConfigFile, command.overrides);

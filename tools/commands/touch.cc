@@ -1,4 +1,5 @@
 // palpate touch: one guarded touch.
+#include <fmt/format.h>
 #include <unistd.h>
 
 #include <iostream>
@@ -17,7 +18,7 @@ namespace palpate {
 namespace {
 
 Point point_of(const std::vector<double>& coordinates, const char* option) {
-    if (coordinates.size() != 3) throw SetupError(std::string(option) + ": needs three numbers, x,y,z in mm");
+    if (coordinates.size() != 3) throw SetupError(fmt::format("{}: needs three numbers, x,y,z in mm", option));
     return {coordinates[0], coordinates[1], coordinates[2]};
 }
 
@@ -26,7 +27,7 @@ Point point_of(const std::vector<double>& coordinates, const char* option) {
 ExitCode run(const TouchCommand& command, std::ostream& out) {
     const StopSignals signals;
     const SessionConfig config = read_config(command.config, command.overrides);
-    if (!config.machine) throw SetupError("machine: missing; a touch needs " + connection_keys());
+    if (!config.machine) throw SetupError(fmt::format("machine: missing; a touch needs {}", connection_keys()));
     const MachineConfig& machine_config = *config.machine;
     const Point from = point_of(command.from, "--from");
     const Point to = point_of(command.to, "--to");
@@ -34,14 +35,15 @@ ExitCode run(const TouchCommand& command, std::ostream& out) {
     for (const Point& p : {from, to}) {
         const Box& limits = machine_config.limits;
         if (limits.contains(p)) continue;
-        throw SetupError(point_text(p) + " is outside machine.limits, " + point_text(limits.min) + " to " + point_text(limits.max));
+        throw SetupError(
+            fmt::format("{} is outside machine.limits, {} to {}", point_text(p), point_text(limits.min), point_text(limits.max)));
     }
     GuardedMachine guarded(connect(machine_config, signals.token()), machine_config);
     const MachineReport report = guarded.machine().report();
     ProbeDevice& device = guarded.device();
     ask_consent(describe_plan(report, machine_config.homes_first(report),
-                              "It will move, guarded, straight to " + point_text(from) + ", then towards " + point_text(to) +
-                                  " until it touches, and back."),
+                              fmt::format("It will move, guarded, straight to {}, then towards {} until it touches, and back.",
+                                          point_text(from), point_text(to))),
                 command.yes, STDIN_FILENO, std::cerr, signals.token());
     guarded.machine().make_ready();
     // Nothing has shown yet that the probe works.

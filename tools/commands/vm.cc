@@ -1,4 +1,5 @@
 // palpate vm: a virtual machine for any program that drives one.
+#include <fmt/format.h>
 #include <spdlog/spdlog.h>
 
 #include <charconv>
@@ -94,13 +95,13 @@ int port_of(const std::string& where) {
     const std::size_t colon = where.rfind(':');
     const std::string host = colon == std::string::npos ? "" : where.substr(0, colon);
     if (host != "127.0.0.1" && host != "localhost") {
-        throw SetupError("--modbus: " + where + ": a virtual machine is for this computer alone; allowed: 127.0.0.1:PORT");
+        throw SetupError(fmt::format("--modbus: {}: a virtual machine is for this computer alone; allowed: 127.0.0.1:PORT", where));
     }
     const std::string digits = where.substr(colon + 1);
     int port = 0;
     const auto [end, error] = std::from_chars(digits.data(), digits.data() + digits.size(), port);
     if (error != std::errc{} || end != digits.data() + digits.size() || port < 0 || port > 65535) {
-        throw SetupError("--modbus: " + where + " is no HOST:PORT");
+        throw SetupError(fmt::format("--modbus: {} is no HOST:PORT", where));
     }
     return port;
 }
@@ -132,7 +133,7 @@ std::unique_ptr<VirtualModbus> start_modbus(const HiddenObject& object, const Vi
     try {
         return std::make_unique<VirtualModbus>(object, options, where, unit);
     } catch (const std::system_error& error) {
-        throw SetupError(std::string(error.what()) + ": give another port, or end what uses it");
+        throw SetupError(fmt::format("{}: give another port, or end what uses it", error.what()));
     }
 }
 

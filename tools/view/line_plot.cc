@@ -1,10 +1,12 @@
 #include "tools/view/line_plot.h"
 
+#include <fmt/format.h>
+
 #include <algorithm>
 #include <array>
 #include <cmath>
+#include <iterator>
 #include <limits>
-#include <sstream>
 
 namespace palpate {
 namespace {
@@ -77,17 +79,11 @@ std::vector<double> ticks(const Range& range) {
 }
 
 std::string label(double value) {
-    std::ostringstream text;
-    if (value >= 1e5 || value < 1e-3) {
-        text << "1e" << static_cast<int>(std::floor(std::log10(value) + 1e-9));
-        if (const double digit = value / std::pow(10.0, std::floor(std::log10(value) + 1e-9)); digit > 1.5) {
-            text.str("");
-            text << digit << "e" << static_cast<int>(std::floor(std::log10(value) + 1e-9));
-        }
-    } else {
-        text << value;
-    }
-    return text.str();
+    const bool has_exponent = value >= 1e5 || value < 1e-3;
+    if (!has_exponent) return fmt::format("{:.6g}", value);
+    const double exponent = std::floor(std::log10(value) + 1e-9);
+    const double digit = value / std::pow(10.0, exponent);
+    return fmt::format("{:.6g}e{}", digit > 1.5 ? digit : 1.0, static_cast<int>(exponent));
 }
 
 }  // namespace
@@ -109,55 +105,72 @@ std::string to_svg(const LinePlot& plot) {
     for (Range& range : x) range.widen();
     const double width = kLeft + static_cast<double>(panels) * (kPanelWidth + kGap) + kLegend;
     const double height = kTop + kPanelHeight + kBottom;
-    std::ostringstream svg;
-    svg.precision(6);
-    svg << "<svg xmlns=\"http://www.w3.org/2000/svg\" width=\"" << width << "\" height=\"" << height << "\" viewBox=\"0 0 " << width << ' '
-        << height << "\" font-family=\"sans-serif\" font-size=\"13\">\n<rect width=\"100%\" height=\"100%\" fill=\"white\"/>\n<text x=\""
-        << kLeft << "\" y=\"26\" font-size=\"16\">" << escaped(plot.title) << "</text>\n";
+    std::string svg =
+        fmt::format(R"svg(<svg xmlns="http://www.w3.org/2000/svg" width="{0:.6g}" height="{1:.6g}" viewBox="0 0 {0:.6g} {1:.6g}")svg"
+                    R"svg( font-family="sans-serif" font-size="13">)svg"
+                    "\n"
+                    R"svg(<rect width="100%" height="100%" fill="white"/>)svg"
+                    "\n"
+                    R"svg(<text x="{2:.6g}" y="26" font-size="16">{3}</text>)svg"
+                    "\n",
+                    width, height, kLeft, escaped(plot.title));
+    const auto draw = std::back_inserter(svg);
     for (std::size_t panel = 0; panel < panels; ++panel) {
         const double left = kLeft + static_cast<double>(panel) * (kPanelWidth + kGap);
         const auto at_x = [&](double value) { return left + kPanelWidth * x[panel].share(value); };
         const auto at_y = [&](double value) { return kTop + kPanelHeight * (1 - y.share(value)); };
-        svg << "<rect x=\"" << left << "\" y=\"" << kTop << "\" width=\"" << kPanelWidth << "\" height=\"" << kPanelHeight
-            << "\" fill=\"none\" stroke=\"#444\"/>\n";
+        fmt::format_to(draw,
+                       R"svg(<rect x="{:.6g}" y="{:.6g}" width="{:.6g}" height="{:.6g}" fill="none" stroke="#444"/>)svg"
+                       "\n",
+                       left, kTop, kPanelWidth, kPanelHeight);
         for (const double tick : ticks(x[panel])) {
-            svg << "<path d=\"M" << at_x(tick) << ' ' << kTop << "v" << kPanelHeight << "\" stroke=\"#e4e4e4\"/><text x=\"" << at_x(tick)
-                << "\" y=\"" << kTop + kPanelHeight + 18 << "\" text-anchor=\"middle\">" << label(tick) << "</text>\n";
+            fmt::format_to(draw,
+                           R"svg(<path d="M{0:.6g} {1:.6g}v{2:.6g}" stroke="#e4e4e4"/>)svg"
+                           R"svg(<text x="{0:.6g}" y="{3:.6g}" text-anchor="middle">{4}</text>)svg"
+                           "\n",
+                           at_x(tick), kTop, kPanelHeight, kTop + kPanelHeight + 18, label(tick));
         }
         for (const double tick : ticks(y)) {
-            svg << "<path d=\"M" << left << ' ' << at_y(tick) << "h" << kPanelWidth << "\" stroke=\"#e4e4e4\"/>";
-            if (panel == 0)
-                svg << "<text x=\"" << left - 6 << "\" y=\"" << at_y(tick) + 4 << "\" text-anchor=\"end\">" << label(tick) << "</text>";
-            svg << '\n';
+            fmt::format_to(draw, R"svg(<path d="M{:.6g} {:.6g}h{:.6g}" stroke="#e4e4e4"/>)svg", left, at_y(tick), kPanelWidth);
+            if (panel == 0) {
+                fmt::format_to(draw, R"svg(<text x="{:.6g}" y="{:.6g}" text-anchor="end">{}</text>)svg", left - 6, at_y(tick) + 4,
+                               label(tick));
+            }
+            svg += '\n';
         }
-        svg << "<text x=\"" << left + kPanelWidth / 2 << "\" y=\"" << kTop + kPanelHeight + 42 << "\" text-anchor=\"middle\">"
-            << escaped(plot.x_labels[panel]) << "</text>\n";
+        fmt::format_to(draw,
+                       R"svg(<text x="{:.6g}" y="{:.6g}" text-anchor="middle">{}</text>)svg"
+                       "\n",
+                       left + kPanelWidth / 2, kTop + kPanelHeight + 42, escaped(plot.x_labels[panel]));
         for (std::size_t k = 0; k < plot.series.size(); ++k) {
             const char* const colour = kColours.at(k % kColours.size());
-            std::ostringstream path;
-            path.precision(6);
-            std::ostringstream markers;
-            markers.precision(6);
+            std::string path;
+            std::string markers;
             for (const auto& p : plot.series[k].points[panel]) {
                 if (!is_drawn(p)) continue;
-                path << (path.str().empty() ? 'M' : 'L') << at_x(p.first) << ' ' << at_y(p.second);
-                markers << "<circle cx=\"" << at_x(p.first) << "\" cy=\"" << at_y(p.second) << "\" r=\"3\" fill=\"" << colour << "\"/>";
+                path += fmt::format("{}{:.6g} {:.6g}", path.empty() ? 'M' : 'L', at_x(p.first), at_y(p.second));
+                markers += fmt::format(R"svg(<circle cx="{:.6g}" cy="{:.6g}" r="3" fill="{}"/>)svg", at_x(p.first), at_y(p.second), colour);
             }
-            svg << "<path d=\"" << path.str() << "\" fill=\"none\" stroke=\"" << colour << "\" stroke-width=\"2\"/>" << markers.str()
-                << '\n';
+            fmt::format_to(draw,
+                           R"svg(<path d="{}" fill="none" stroke="{}" stroke-width="2"/>{})svg"
+                           "\n",
+                           path, colour, markers);
         }
     }
-    svg << "<text transform=\"translate(18 " << kTop + kPanelHeight / 2 << ") rotate(-90)\" text-anchor=\"middle\">"
-        << escaped(plot.y_label) << "</text>\n";
+    fmt::format_to(draw,
+                   R"svg(<text transform="translate(18 {:.6g}) rotate(-90)" text-anchor="middle">{}</text>)svg"
+                   "\n",
+                   kTop + kPanelHeight / 2, escaped(plot.y_label));
     const double legend = kLeft + static_cast<double>(panels) * (kPanelWidth + kGap) - kGap + 16;
     for (std::size_t k = 0; k < plot.series.size(); ++k) {
         const double line = kTop + 14 + 24 * static_cast<double>(k);
-        svg << "<path d=\"M" << legend << ' ' << line << "h26\" stroke=\"" << kColours.at(k % kColours.size())
-            << "\" stroke-width=\"2\"/><text x=\"" << legend + 34 << "\" y=\"" << line + 4 << "\">" << escaped(plot.series[k].name)
-            << "</text>\n";
+        fmt::format_to(draw,
+                       R"svg(<path d="M{:.6g} {:.6g}h26" stroke="{}" stroke-width="2"/><text x="{:.6g}" y="{:.6g}">{}</text>)svg"
+                       "\n",
+                       legend, line, kColours.at(k % kColours.size()), legend + 34, line + 4, escaped(plot.series[k].name));
     }
-    svg << "</svg>\n";
-    return svg.str();
+    svg += "</svg>\n";
+    return svg;
 }
 
 }  // namespace palpate

@@ -1,6 +1,8 @@
 // Geometry decides what each sample shows, then one light after the other falls on it, then samples become pixels.
 #include "tools/view/picture.h"
 
+#include <fmt/format.h>
+
 #include <Eigen/Geometry>
 #include <algorithm>
 #include <cmath>
@@ -196,7 +198,7 @@ Picture Painter::resolve() const {
 
 void require(bool condition, const std::string& message) {
     if (!condition) {
-        throw std::invalid_argument("picture: " + message);
+        throw std::invalid_argument(fmt::format("picture: {}", message));
     }
 }
 
@@ -205,8 +207,8 @@ void check(const TriangleMesh& mesh, std::span<const Point> touches, const Pictu
     Eigen::AlignedBox3d box;
     for (const auto& triangle : mesh.triangles) {
         for (const auto i : triangle) {
-            require(i < mesh.points.size(), "a triangle has vertex " + std::to_string(i) + " of " + std::to_string(mesh.points.size()));
-            require(mesh.points[i].allFinite(), "vertex " + std::to_string(i) + " is not finite");
+            require(i < mesh.points.size(), fmt::format("a triangle has vertex {} of {}", i, mesh.points.size()));
+            require(mesh.points[i].allFinite(), fmt::format("vertex {} is not finite", i));
             box.extend(mesh.points[i]);
         }
     }

@@ -1,5 +1,6 @@
 #include "sim/machines/grbl/grbl_host.h"
 
+#include <fmt/format.h>
 #include <poll.h>
 #include <sys/eventfd.h>
 #include <unistd.h>
@@ -33,7 +34,9 @@ timespec timespec_of(nanoseconds time) {
 class GrblHost::Wake {
 public:
     Wake() : descriptor_(eventfd(0, EFD_NONBLOCK | EFD_CLOEXEC)) {
-        if (descriptor_ < 0) throw ConnectionLost("virtual GRBL: cannot make an event: " + std::system_category().message(errno));
+        if (descriptor_ < 0) {
+            throw ConnectionLost(fmt::format("virtual GRBL: cannot make an event: {}", std::system_category().message(errno)));
+        }
     }
     ~Wake() { close(descriptor_); }
     Wake(const Wake&) = delete;

@@ -1,5 +1,7 @@
 #include "sim/machines/grbl/loopback_stream.h"
 
+#include <fmt/format.h>
+
 #include <algorithm>
 
 #include "devices/errors.h"
@@ -9,8 +11,8 @@ namespace palpate {
 void LoopbackStream::check_link() const {
     if (grbl_.link() == VirtualGrbl::Link::up) return;
     const bool hung_up = grbl_.link() == VirtualGrbl::Link::hung_up;
-    throw ConnectionLost(name() + ": " + (hung_up ? "the other side closed the connection" : "input/output error") +
-                         "; plug the machine in again and reconnect");
+    throw ConnectionLost(fmt::format("{}: {}; plug the machine in again and reconnect", name(),
+                                     hung_up ? "the other side closed the connection" : "input/output error"));
 }
 
 std::string LoopbackStream::read(std::chrono::milliseconds timeout) {

@@ -2,6 +2,7 @@
 
 #include <arpa/inet.h>
 #include <fcntl.h>
+#include <fmt/format.h>
 #include <modbus/modbus.h>
 #include <netinet/in.h>
 #include <poll.h>
@@ -31,7 +32,7 @@ constexpr int kIllegalFunction = 1;
 constexpr int kIllegalValue = 3;
 
 [[noreturn]] void fail(const std::string& what) {
-    throw std::system_error(errno, std::generic_category(), "virtual Modbus machine: " + what);
+    throw std::system_error(errno, std::generic_category(), fmt::format("virtual Modbus machine: {}", what));
 }
 
 // A descriptor that is closed with its owner.
@@ -82,7 +83,7 @@ struct VirtualModbus::Line {
 void VirtualModbus::Line::listen(VirtualModbusTcp& tcp) {
     context.reset(modbus_new_tcp("127.0.0.1", tcp.port));
     listener = Descriptor(context ? modbus_tcp_listen(context.get(), SOMAXCONN) : -1);
-    if (listener.get() < 0) fail("cannot listen on port " + std::to_string(tcp.port));
+    if (listener.get() < 0) fail(fmt::format("cannot listen on port {}", tcp.port));
     sockaddr_in address{};
     socklen_t size = sizeof address;
     if (::getsockname(listener.get(), reinterpret_cast<sockaddr*>(&address), &size) != 0) fail("cannot tell its port");
@@ -92,7 +93,7 @@ void VirtualModbus::Line::listen(VirtualModbusTcp& tcp) {
 void VirtualModbus::Line::open_terminal(const VirtualModbusSerial& serial) {
     const std::string& device = terminal.emplace(serial.link).client_path();
     client_end = Descriptor(::open(device.c_str(), O_RDWR | O_NOCTTY | O_CLOEXEC));
-    if (client_end.get() < 0) fail("cannot open " + device);
+    if (client_end.get() < 0) fail(fmt::format("cannot open {}", device));
     // The context wants a name to open, but is given the terminal's descriptor instead of opening it.
     context.reset(modbus_new_rtu(device.c_str(), 19200, 'N', 8, 1));
 }
@@ -154,7 +155,7 @@ void VirtualModbus::replug() { plug(true); }
 void VirtualModbus::send_stale(std::span<const std::uint8_t> bytes) {
     const std::scoped_lock lock(mutex_);
     const std::string_view text(reinterpret_cast<const char*>(bytes.data()), bytes.size());
-    if (line_->terminal->write(text) != bytes.size()) fail("cannot write to " + device_);
+    if (line_->terminal->write(text) != bytes.size()) fail(fmt::format("cannot write to {}", device_));
 }
 
 void VirtualModbus::advance() {

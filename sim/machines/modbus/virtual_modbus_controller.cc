@@ -1,5 +1,7 @@
 #include "sim/machines/modbus/virtual_modbus_controller.h"
 
+#include <fmt/format.h>
+
 #include <algorithm>
 #include <stdexcept>
 #include <utility>
@@ -42,9 +44,9 @@ VirtualModbusController::VirtualModbusController(const HiddenObject& object, con
     try {
         (void)registers();
     } catch (const OutOfLimits& error) {
-        throw std::invalid_argument("limits " + point_text(options_.tool.limits.min) + " to " + point_text(options_.tool.limits.max) +
-                                    " and a start at " + point_text(options_.tool.start) +
-                                    " (machine) are more than the virtual controller can tell: " + error.what());
+        throw std::invalid_argument(fmt::format(
+            "limits {} to {} and a start at {} (machine) are more than the virtual controller can tell: {}",
+            point_text(options_.tool.limits.min), point_text(options_.tool.limits.max), point_text(options_.tool.start), error.what()));
     }
 }
 

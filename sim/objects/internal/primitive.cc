@@ -1,9 +1,10 @@
 #include "sim/objects/internal/primitive.h"
 
+#include <fmt/format.h>
+
 #include <algorithm>
 #include <cmath>
 #include <limits>
-#include <sstream>
 
 #include "sim/objects/errors.h"
 
@@ -76,14 +77,8 @@ double root(const EllipsoidEquation& f) {
     return w;
 }
 
-void require(bool ok, const std::string& where, const std::string& what) {
-    if (!ok) throw ObjectError(where + ": " + what);
-}
-
-std::string got(double value) {
-    std::ostringstream text;
-    text << ", but it is " << value;
-    return text.str();
+void require(bool ok, const std::string& where, const char* what, double value) {
+    if (!ok) throw ObjectError(fmt::format("{}: {}, but it is {:.6g}", where, what, value));
 }
 
 bool positive(double x) { return std::isfinite(x) && x > 0.0; }
@@ -217,29 +212,28 @@ std::string name_of(const Primitive& primitive) {
 }
 
 void require_valid(const Primitive& primitive, const std::string& where) {
-    std::visit(
-        Overloaded{
-            [&](const SphereSpec& s) { require(positive(s.radius), where, "radius must be a positive number of mm" + got(s.radius)); },
-            [&](const EllipsoidSpec& s) {
-                for (double a : s.semi_axes) require(positive(a), where, "every semi-axis must be a positive number of mm" + got(a));
-            },
-            [&](const TorusSpec& s) {
-                require(positive(s.minor), where, "minor must be a positive number of mm" + got(s.minor));
-                require(std::isfinite(s.major) && s.major > s.minor, where,
-                        "major must exceed minor, or the tube has no hole" + got(s.major));
-            },
-            [&](const CapsuleSpec& s) {
-                require(positive(s.radius), where, "radius must be a positive number of mm" + got(s.radius));
-                require(std::isfinite(s.length) && s.length >= 0.0, where, "length must be zero or more mm" + got(s.length));
-            },
-            [&](const RoundedBoxSpec& s) {
-                for (double a : s.size) require(positive(a), where, "every side must be a positive number of mm" + got(a));
-                require(s.fillet >= 0.0 && s.fillet <= 0.5 * s.size.minCoeff(), where,
-                        "fillet must lie between 0 and half the smallest side" + got(s.fillet));
-            },
-            [&](const Genus2Spec& s) { require(positive(s.scale), where, "scale must be a positive number" + got(s.scale)); },
-        },
-        primitive);
+    std::visit(Overloaded{
+                   [&](const SphereSpec& s) { require(positive(s.radius), where, "radius must be a positive number of mm", s.radius); },
+                   [&](const EllipsoidSpec& s) {
+                       for (double a : s.semi_axes) require(positive(a), where, "every semi-axis must be a positive number of mm", a);
+                   },
+                   [&](const TorusSpec& s) {
+                       require(positive(s.minor), where, "minor must be a positive number of mm", s.minor);
+                       require(std::isfinite(s.major) && s.major > s.minor, where, "major must exceed minor, or the tube has no hole",
+                               s.major);
+                   },
+                   [&](const CapsuleSpec& s) {
+                       require(positive(s.radius), where, "radius must be a positive number of mm", s.radius);
+                       require(std::isfinite(s.length) && s.length >= 0.0, where, "length must be zero or more mm", s.length);
+                   },
+                   [&](const RoundedBoxSpec& s) {
+                       for (double a : s.size) require(positive(a), where, "every side must be a positive number of mm", a);
+                       require(s.fillet >= 0.0 && s.fillet <= 0.5 * s.size.minCoeff(), where,
+                               "fillet must lie between 0 and half the smallest side", s.fillet);
+                   },
+                   [&](const Genus2Spec& s) { require(positive(s.scale), where, "scale must be a positive number", s.scale); },
+               },
+               primitive);
 }
 
 }  // namespace palpate

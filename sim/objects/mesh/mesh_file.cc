@@ -1,5 +1,7 @@
 #include "sim/objects/mesh/mesh_file.h"
 
+#include <fmt/format.h>
+
 #include <utility>
 
 #include "sim/objects/errors.h"
@@ -13,8 +15,7 @@ TriangleMesh read_triangles(const std::filesystem::path& file) {
     mesh.triangles.reserve(soup.polygons.size());
     for (const auto& polygon : soup.polygons) {
         if (polygon.size() != 3) {
-            throw ObjectError(file.string() + ": a face has " + std::to_string(polygon.size()) +
-                              " corners, and only triangles are expected");
+            throw ObjectError(fmt::format("{}: a face has {} corners, and only triangles are expected", file.string(), polygon.size()));
         }
         mesh.triangles.push_back({polygon[0], polygon[1], polygon[2]});
     }

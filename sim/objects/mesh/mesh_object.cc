@@ -2,6 +2,7 @@
 
 #include <CGAL/Exact_predicates_inexact_constructions_kernel.h>
 #include <CGAL/Side_of_triangle_mesh.h>
+#include <fmt/format.h>
 
 #include <Eigen/Geometry>
 #include <cmath>
@@ -34,7 +35,7 @@ void append(std::string& text, const std::string& separator, const std::string& 
 void refuse_problems(const std::vector<std::string>& problems) {
     std::string text;
     for (const std::string& problem : problems) append(text, "; ", problem);
-    if (!text.empty()) throw ObjectError("not the surface of a solid: " + text);
+    if (!text.empty()) throw ObjectError(fmt::format("not the surface of a solid: {}", text));
 }
 
 Box bounds_of(const std::vector<Point>& points) {
@@ -56,14 +57,15 @@ void place(TriangleMesh& mesh, const MeshSpec& spec) {
 void refuse_repairs(const std::vector<Repair>& repairs) {
     std::string text;
     for (const Repair& repair : repairs) append(text, ", ", repair.defect);
-    throw ObjectError("needs repair, which object.repair forbids: " + text + "; set object.repair: true, or export the mesh again");
+    throw ObjectError(
+        fmt::format("needs repair, which object.repair forbids: {}; set object.repair: true, or export the mesh again", text));
 }
 
 // Mended and checked in the file's own coordinates as far as possible: what is exact there, such as three points on a line, need not be
 // so any more once it is placed.
 CheckedMesh checked_mesh(PolygonSoup soup, const MeshSpec& spec) {
     if (!std::isfinite(spec.scale) || spec.scale <= 0.0) {
-        throw ObjectError("scale must be a positive number, but it is " + std::to_string(spec.scale));
+        throw ObjectError(fmt::format("scale must be a positive number, but it is {:f}", spec.scale));
     }
     if (!spec.at.allFinite() || !spec.rotate.allFinite()) throw ObjectError("at and rotate must be finite numbers");
     auto [mesh, repairs] = repaired(std::move(soup), spec.scale);
@@ -74,31 +76,31 @@ CheckedMesh checked_mesh(PolygonSoup soup, const MeshSpec& spec) {
     const Components components = orient_outward(mesh);
     if (components.inside_out > 0) {
         const bool one = components.inside_out == 1;
-        const std::string which = components.count == 1 ? " component" : " of " + std::to_string(components.count) + " components";
-        repairs.push_back({std::to_string(components.inside_out) + which + (one ? " was" : " were") + " inside out",
+        const std::string which = components.count == 1 ? "component" : fmt::format("of {} components", components.count);
+        repairs.push_back({fmt::format("{} {} {} inside out", components.inside_out, which, one ? "was" : "were"),
                            one ? "and has been turned" : "and have been turned"});
     }
     if (!spec.repair && !repairs.empty()) refuse_repairs(repairs);
     CheckedMesh result{std::move(mesh), {}};
-    for (const Repair& repair : repairs) result.warnings.push_back(repair.defect + " " + repair.remedy);
+    for (const Repair& repair : repairs) result.warnings.push_back(fmt::format("{} {}", repair.defect, repair.remedy));
     if (components.cavities > 0) {
-        result.warnings.push_back(counted(components.cavities, "component is a cavity", "components are cavities") +
-                                  " inside another; no probe can reach it");
+        result.warnings.push_back(fmt::format("{} inside another; no probe can reach it",
+                                              counted(components.cavities, "component is a cavity", "components are cavities")));
     }
     return result;
 }
 
 CheckedMesh checked_mesh(const MeshSpec& spec) {
     PolygonSoup soup = read_mesh(spec.file);
-    const std::string file = spec.file.string() + ": ";
+    const std::string file = spec.file.string();
     try {
         CheckedMesh checked = checked_mesh(std::move(soup), spec);
-        for (std::string& warning : checked.warnings) warning.insert(0, file);
+        for (std::string& warning : checked.warnings) warning = fmt::format("{}: {}", file, warning);
         return checked;
     } catch (const ObjectError& error) {
-        throw ObjectError(file + error.what());
+        throw ObjectError(fmt::format("{}: {}", file, error.what()));
     } catch (const std::bad_alloc&) {
-        throw ObjectError(file + "is too large for the memory of this computer; simplify the mesh");
+        throw ObjectError(fmt::format("{}: is too large for the memory of this computer; simplify the mesh", file));
     }
 }
 

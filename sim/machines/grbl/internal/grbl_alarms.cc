@@ -1,4 +1,6 @@
 // How a virtual GRBL controller stops: resets, alarms, and the faults that it is told to suffer.
+#include <fmt/format.h>
+
 #include <utility>
 
 #include "sim/machines/grbl/internal/grbl_machine.h"
@@ -55,7 +57,7 @@ void GrblMachine::alarm(int code, bool line, std::function<void()> then) {
     planner_.clear();
     spurious_at_.reset();
     state_ = State::alarm;
-    say("ALARM:" + std::to_string(code));
+    say(fmt::format("ALARM:{}", code));
     wait(kAlarmTime, Hearing::later, std::move(then));
     blocked_->line = line;
 }

@@ -1,5 +1,7 @@
 #include "sim/machines/grbl/internal/grbl_machine.h"
 
+#include <fmt/format.h>
+
 #include <algorithm>
 #include <array>
 #include <utility>
@@ -307,7 +309,7 @@ void GrblMachine::answer(int error) {
         return;
     }
     if (options_.dialect == GrblDialect::grblhal) sticky_error_ = error;
-    say("error:" + std::to_string(error));
+    say(fmt::format("error:{}", error));
 }
 
 }  // namespace palpate

@@ -1,7 +1,6 @@
 #include "sim/machines/grbl/internal/grbl_report.h"
 
-#include <array>
-#include <cstdio>
+#include <fmt/format.h>
 
 namespace palpate {
 namespace {
@@ -10,23 +9,20 @@ constexpr double kInch = 25.4;  // mm
 constexpr double kSecondsPerMinute = 60.0;
 
 std::string number(double value, int decimals) {
-    std::array<char, 64> text{};
-    std::snprintf(text.data(), text.size(), "%.*f", decimals, value);
+    const std::string text = fmt::format("{:.{}f}", value, decimals);
     // A count of steps has no negative zero.
-    const std::string result = text.data();
-    return result.find_first_not_of("-0.") == std::string::npos && result[0] == '-' ? result.substr(1) : result;
+    return text.find_first_not_of("-0.") == std::string::npos && text[0] == '-' ? text.substr(1) : text;
 }
 
 std::string coordinates(const Point& p, bool inches) {
     const double unit = inches ? kInch : 1.0;
     const int decimals = inches ? 4 : 3;
-    return number(p.x() / unit, decimals) + "," + number(p.y() / unit, decimals) + "," + number(p.z() / unit, decimals);
+    return fmt::format("{},{},{}", number(p.x() / unit, decimals), number(p.y() / unit, decimals), number(p.z() / unit, decimals));
 }
 
 // In tenths: "G1", "G38.2".
 std::string g_word(int tenths) {
-    const std::string whole = "G" + std::to_string(tenths / 10);
-    return tenths % 10 == 0 ? whole : whole + "." + std::to_string(tenths % 10);
+    return tenths % 10 == 0 ? fmt::format("G{}", tenths / 10) : fmt::format("G{}.{}", tenths / 10, tenths % 10);
 }
 
 std::string running_letters(const GrblModal& modal) {
@@ -49,16 +45,16 @@ std::string GrblStatusReport::next(const GrblStatus& status, const GrblSettings&
     constexpr unsigned kBuffers = 2U;
     const bool hal = dialect_ == GrblDialect::grblhal;
     const bool inches = settings.inches();
-    std::string text = "<" + status.state;
+    std::string text = fmt::format("<{}", status.state);
     if ((settings.status_mask() & kMachinePosition) != 0U) {
-        text += "|MPos:" + coordinates(status.position, inches);
+        text += fmt::format("|MPos:{}", coordinates(status.position, inches));
     } else {
-        text += "|WPos:" + coordinates(status.position - status.work_offset, inches);
+        text += fmt::format("|WPos:{}", coordinates(status.position - status.work_offset, inches));
     }
     if (hal || (settings.status_mask() & kBuffers) != 0U) {
-        text += "|Bf:" + std::to_string(status.planner_free) + "," + std::to_string(status.buffer_free);
+        text += fmt::format("|Bf:{},{}", status.planner_free, status.buffer_free);
     }
-    text += "|FS:" + number(status.speed_mm_per_s * kSecondsPerMinute / (inches ? kInch : 1.0), inches ? 1 : 0) + ",0";
+    text += fmt::format("|FS:{},0", number(status.speed_mm_per_s * kSecondsPerMinute / (inches ? kInch : 1.0), inches ? 1 : 0));
     if (status.probe_closed) {
         text += "|Pn:P";
     } else if (hal && status.probe_cut) {
@@ -69,17 +65,17 @@ std::string GrblStatusReport::next(const GrblStatus& status, const GrblSettings&
     } else {
         until_offset_ = (status.moving ? kOffsetMoving : kOffsetAtRest) - 1;
         if (until_overrides_ == 0) until_overrides_ = 1;  // in the next report
-        text += "|WCO:" + coordinates(status.work_offset, inches);
-        if (hal) text += std::string("|H:") + (status.homed ? "1" : "0") + "|TLR:0";
+        text += fmt::format("|WCO:{}", coordinates(status.work_offset, inches));
+        if (hal) text += fmt::format("|H:{}|TLR:0", status.homed ? 1 : 0);
     }
     if (until_overrides_ > 0) {
         --until_overrides_;
     } else if (status.tells_overrides) {
         until_overrides_ = (status.moving ? kOverridesMoving : kOverridesAtRest) - 1;
         const GrblOverrides& overrides = status.overrides;
-        text += "|Ov:" + std::to_string(overrides.feed) + "," + std::to_string(overrides.rapid) + "," + std::to_string(overrides.spindle);
+        text += fmt::format("|Ov:{},{},{}", overrides.feed, overrides.rapid, overrides.spindle);
         const std::string running = running_letters(status.modal);
-        if (hal || !running.empty()) text += "|A:" + running;
+        if (hal || !running.empty()) text += fmt::format("|A:{}", running);
     }
     return text + ">";
 }
@@ -90,7 +86,7 @@ void GrblStatusReport::restart() {
 }
 
 std::string probe_report(const GrblProbeRecord& record, bool inches) {
-    return "[PRB:" + coordinates(record.position, inches) + (record.succeeded ? ":1]" : ":0]");
+    return fmt::format("[PRB:{}:{}]", coordinates(record.position, inches), record.succeeded ? 1 : 0);
 }
 
 std::string banner(GrblDialect dialect) {
@@ -100,20 +96,19 @@ std::string banner(GrblDialect dialect) {
 std::string parameters_report(const GrblFrame& frame, const GrblProbeRecord& record, bool inches) {
     std::string text;
     for (std::size_t i = 0; i < GrblFrame::kWorkSystems; ++i) {
-        text += "[G" + std::to_string(54 + i) + ":" + coordinates(frame.work[i], inches) + "]\r\n";
+        text += fmt::format("[G{}:{}]\r\n", 54 + i, coordinates(frame.work[i], inches));
     }
     const std::string zero = coordinates(Point::Zero(), inches);
-    text += "[G28:" + zero + "]\r\n[G30:" + zero + "]\r\n[G92:" + coordinates(frame.shift, inches) + "]\r\n";
-    text += "[TLO:" + number(0.0, inches ? 4 : 3) + "]\r\n";
-    return text + probe_report(record, inches) + "\r\n";
+    return fmt::format("{0}[G28:{1}]\r\n[G30:{1}]\r\n[G92:{2}]\r\n[TLO:{3}]\r\n{4}\r\n", text, zero, coordinates(frame.shift, inches),
+                       number(0.0, inches ? 4 : 3), probe_report(record, inches));
 }
 
 std::string modal_report(const GrblModal& modal) {
     const std::string feed = number(modal.feed_mm_per_min / (modal.inches ? kInch : 1.0), modal.inches ? 1 : 0);
     const std::string coolant =
-        std::string(modal.mist ? " M7" : "") + (modal.flood ? " M8" : "") + (modal.mist || modal.flood ? "" : " M9");
-    return "[GC:" + g_word(modal.motion) + " G" + std::to_string(54 + modal.work_system) + " G17 " + (modal.inches ? "G20" : "G21") + " " +
-           (modal.incremental ? "G91" : "G90") + " G94 M" + std::to_string(modal.spindle) + coolant + " T0 F" + feed + " S0]\r\n";
+        fmt::format("{}{}{}", modal.mist ? " M7" : "", modal.flood ? " M8" : "", modal.mist || modal.flood ? "" : " M9");
+    return fmt::format("[GC:{} G{} G17 {} {} G94 M{}{} T0 F{} S0]\r\n", g_word(modal.motion), 54 + modal.work_system,
+                       modal.inches ? "G20" : "G21", modal.incremental ? "G91" : "G90", modal.spindle, coolant, feed);
 }
 
 std::string version_report(GrblDialect dialect) {

@@ -1,9 +1,10 @@
 #include "sim/machines/grbl/internal/grbl_settings.h"
 
+#include <fmt/format.h>
+
 #include <algorithm>
 #include <array>
 #include <cmath>
-#include <cstdio>
 
 namespace palpate {
 namespace {
@@ -50,9 +51,7 @@ int GrblSettings::set(int number, double value) {
 std::string GrblSettings::dump() const {
     std::string text;
     for (const auto& [number, value] : values_) {
-        std::array<char, 128> line{};  // longer than a line that was received
-        std::snprintf(line.data(), line.size(), is_fractional(number) ? "$%d=%.3f\r\n" : "$%d=%.0f\r\n", number, value);
-        text += line.data();
+        text += fmt::format("${}={:.{}f}\r\n", number, value, is_fractional(number) ? 3 : 0);
     }
     return text;
 }

@@ -1,6 +1,7 @@
 #include "sim/objects/mesh/internal/mesh_check.h"
 
 #include <CGAL/Polygon_mesh_processing/self_intersections.h>
+#include <fmt/format.h>
 
 #include <algorithm>
 #include <iterator>
@@ -47,9 +48,9 @@ void append_holes(const TriangleMesh& mesh, const Edges& edges, double scale, co
     const std::vector<Hole> holes = holes_of(mesh, open);
     const Hole& largest = *std::ranges::max_element(holes, {}, &Hole::length);
     const std::string boundary = holes.size() == 1 ? "its boundary" : "the boundary of the largest";
-    problems.push_back("not closed: " + counted(open.size(), "boundary edge", "boundary edges") + " around " +
-                       counted(holes.size(), "hole", "holes") + "; " + boundary + " is " + rounded_text(scale * largest.length) +
-                       " mm long and passes through " + point_text(pose.to_world(scale * largest.place)) + " (fill the holes)");
+    problems.push_back(fmt::format("not closed: {} around {}; {} is {} mm long and passes through {} (fill the holes)",
+                                   counted(open.size(), "boundary edge", "boundary edges"), counted(holes.size(), "hole", "holes"),
+                                   boundary, rounded_text(scale * largest.length), point_text(pose.to_world(scale * largest.place))));
 }
 
 // A vertex is manifold if its triangles hang together through edges at it: one fan, not two that share only the point.
@@ -83,15 +84,16 @@ std::vector<std::string> topology_problems(const TriangleMesh& mesh, double scal
         if (sides.size() == 2 && sides[0].upward == sides[1].upward) ++turned;
     });
     if (crowded > 0) {
-        problems.push_back(counted(crowded, "non-manifold edge", "non-manifold edges") +
-                           " with more than two triangles (remove inner faces, or move the parts that meet there apart)");
+        problems.push_back(fmt::format("{} with more than two triangles (remove inner faces, or move the parts that meet there apart)",
+                                       counted(crowded, "non-manifold edge", "non-manifold edges")));
     }
     if (const std::size_t pinched = count_nonmanifold_vertices(mesh, edges); pinched > 0) {
-        problems.push_back(counted(pinched, "non-manifold vertex", "non-manifold vertices") +
-                           " where parts meet in a point only (move them apart or join them)");
+        problems.push_back(fmt::format("{} where parts meet in a point only (move them apart or join them)",
+                                       counted(pinched, "non-manifold vertex", "non-manifold vertices")));
     }
     if (turned > 0) {
-        problems.push_back("one-sided: no orientation agrees across " + counted(turned, "edge", "edges") + " (it bounds no solid)");
+        problems.push_back(
+            fmt::format("one-sided: no orientation agrees across {} (it bounds no solid)", counted(turned, "edge", "edges")));
     }
     return problems;
 }
@@ -99,16 +101,17 @@ std::vector<std::string> topology_problems(const TriangleMesh& mesh, double scal
 std::vector<std::string> geometry_problems(const TriangleMesh& mesh) {
     constexpr unsigned kMostPairs = 1000;
     if (const std::size_t flat = count_flat_triangles(mesh); flat > 0) {
-        return {counted(flat, "degenerate triangle", "degenerate triangles") +
-                ", whose corners rounding has put on one line (the mesh is too small for its distance from the origin, or for a number)"};
+        return {fmt::format(
+            "{}, whose corners rounding has put on one line (the mesh is too small for its distance from the origin, or for a number)",
+            counted(flat, "degenerate triangle", "degenerate triangles"))};
     }
     const SurfaceMesh surface = to_surface_mesh(mesh);
     std::vector<std::pair<SurfaceMesh::Face_index, SurfaceMesh::Face_index>> pairs;
     CGAL::Polygon_mesh_processing::self_intersections(surface, std::back_inserter(pairs), CGAL::parameters::maximum_number(kMostPairs + 1));
     if (pairs.empty()) return {};
     const std::string count =
-        pairs.size() > kMostPairs ? "more than " + std::to_string(kMostPairs) + " pairs" : counted(pairs.size(), "pair", "pairs");
-    return {"self-intersecting: " + count + " of triangles (unite overlapping parts into one solid)"};
+        pairs.size() > kMostPairs ? fmt::format("more than {} pairs", kMostPairs) : counted(pairs.size(), "pair", "pairs");
+    return {fmt::format("self-intersecting: {} of triangles (unite overlapping parts into one solid)", count)};
 }
 
 }  // namespace palpate

@@ -1,5 +1,7 @@
 #include "sim/objects/mesh/internal/mesh_reader.h"
 
+#include <fmt/format.h>
+
 #include <algorithm>
 #include <array>
 #include <cctype>
@@ -49,7 +51,7 @@ void refuse_other_than_file(const std::filesystem::path& file) {
         case std::filesystem::file_type::directory:
             throw ObjectError("is a folder; name a file in it");
         case std::filesystem::file_type::none:
-            throw ObjectError("cannot be read (" + error.message() + "); check who may read it and its folder");
+            throw ObjectError(fmt::format("cannot be read ({}); check who may read it and its folder", error.message()));
         default:
             throw ObjectError("is no file but a pipe, a socket or a device; copy what it holds to a file");
     }
@@ -78,9 +80,9 @@ PolygonSoup read_mesh(const std::filesystem::path& file) {
         if (soup.points.size() > std::numeric_limits<std::uint32_t>::max()) throw ObjectError("has more than 2^32 points; simplify it");
         return soup;
     } catch (const ObjectError& error) {
-        throw ObjectError(file.string() + ": " + error.what());
+        throw ObjectError(fmt::format("{}: {}", file.string(), error.what()));
     } catch (const std::bad_alloc&) {
-        throw ObjectError(file.string() + ": is too large for the memory of this computer; simplify the mesh");
+        throw ObjectError(fmt::format("{}: is too large for the memory of this computer; simplify the mesh", file.string()));
     }
 }
 

@@ -1,5 +1,7 @@
 #include "sim/objects/mesh/internal/mesh_repair.h"
 
+#include <fmt/format.h>
+
 #include <algorithm>
 #include <cstdint>
 #include <set>
@@ -60,7 +62,7 @@ void drop_unused_points(TriangleMesh& mesh) {
 RepairedMesh repaired(PolygonSoup soup, double scale) {
     RepairedMesh result;
     const auto add = [&](std::size_t n, const std::string& one, const std::string& many, const std::string& remedy) {
-        if (n > 0) result.repairs.push_back({counted(n, one, many), (n == 1 ? "was " : "were ") + remedy});
+        if (n > 0) result.repairs.push_back({counted(n, one, many), fmt::format("{} {}", n == 1 ? "was" : "were", remedy)});
     };
     join_equal_points(soup);
     std::size_t flat = drop_faces_without_corners(soup);
@@ -71,8 +73,9 @@ RepairedMesh repaired(PolygonSoup soup, double scale) {
     drop_unused_points(result.mesh);
     const std::size_t turned = orient_coherently(result.mesh);
 
-    const std::string distance = " by at most " + rounded_text(scale * weld.distance) + " mm";
-    add(weld.corners, "corner that differs from another" + distance, "corners that differ from others" + distance, "joined");
+    const std::string distance = rounded_text(scale * weld.distance);
+    add(weld.corners, fmt::format("corner that differs from another by at most {} mm", distance),
+        fmt::format("corners that differ from others by at most {} mm", distance), "joined");
     add(flat, "face without area", "faces without area", "dropped");
     add(repeated, "face that was there already", "faces that were there already", "dropped");
     add(turned, "triangle that faced the other way than those around it", "triangles that faced the other way than those around them",

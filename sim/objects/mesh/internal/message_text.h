@@ -1,6 +1,8 @@
 // Counts and lengths in messages.
 #pragma once
 
+#include <fmt/format.h>
+
 #include <array>
 #include <charconv>
 #include <cstddef>
@@ -11,12 +13,11 @@ namespace palpate {
 
 // "1 edge", "2 edges".
 [[nodiscard]] inline std::string counted(std::size_t n, const std::string& one, const std::string& many) {
-    return std::to_string(n) + " " + (n == 1 ? one : many);
+    return fmt::format("{} {}", n, n == 1 ? one : many);
 }
 
 [[nodiscard]] inline std::string no_such_point(std::int64_t index, std::size_t points, int first) {
-    return "a face names point " + std::to_string(index) + ", but there are " + std::to_string(points) + ", counted from " +
-           std::to_string(first);
+    return fmt::format("a face names point {}, but there are {}, counted from {}", index, points, first);
 }
 
 // To three digits.

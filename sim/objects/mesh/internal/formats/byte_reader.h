@@ -1,6 +1,8 @@
 // Numbers of binary data, with the byte that they stand at.
 #pragma once
 
+#include <fmt/format.h>
+
 #include <algorithm>
 #include <array>
 #include <bit>
@@ -23,7 +25,7 @@ public:
         std::array<char, sizeof(Number)> raw{};
         if (bytes_.size() - offset_ < raw.size()) {
             number_offset_ = bytes_.size();
-            refuse("the file ends where " + std::string(expected) + " was expected");
+            refuse(fmt::format("the file ends where {} was expected", expected));
         }
         std::copy_n(bytes_.begin() + static_cast<std::ptrdiff_t>(offset_), raw.size(), raw.begin());
         offset_ += raw.size();
@@ -34,7 +36,7 @@ public:
     [[nodiscard]] std::string_view rest() const { return bytes_.substr(offset_); }
 
     // "byte 355: what", where 355 bytes come before the last number.
-    [[noreturn]] void refuse(const std::string& what) const { throw ObjectError("byte " + std::to_string(number_offset_) + ": " + what); }
+    [[noreturn]] void refuse(const std::string& what) const { throw ObjectError(fmt::format("byte {}: {}", number_offset_, what)); }
 
 private:
     std::string_view bytes_;

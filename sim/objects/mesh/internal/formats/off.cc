@@ -1,3 +1,5 @@
+#include <fmt/format.h>
+
 #include <algorithm>
 #include <array>
 #include <charconv>
@@ -44,7 +46,7 @@ Header read_header(TextScanner& in) {
     Header header;
     std::string_view word = in.word();
     if (word.starts_with("nOFF") || (word.starts_with("4") && extras_of(word.substr(1)))) {
-        in.refuse(quoted_word(word) + " has points that are not of three coordinates; export the mesh as OFF");
+        in.refuse(fmt::format("{} has points that are not of three coordinates; export the mesh as OFF", quoted_word(word)));
     }
     if (const auto extras = extras_of(word)) {
         header.extras = *extras;
@@ -115,7 +117,7 @@ PolygonSoup read_off(std::string_view bytes) {
         if (lines) in.skip_line();
     }
     if (const std::string_view word = in.word(); !word.empty()) {
-        in.refuse(quoted_word(word) + " follows the " + counted(header.faces, "face", "faces") + " that the header announces");
+        in.refuse(fmt::format("{} follows the {} that the header announces", quoted_word(word), counted(header.faces, "face", "faces")));
     }
     return soup;
 }

@@ -1,3 +1,5 @@
+#include <fmt/format.h>
+
 #include <algorithm>
 #include <array>
 #include <cmath>
@@ -131,7 +133,7 @@ public:
     }
     void end() {
         const std::string_view word = in_.word();
-        if (!word.empty()) in_.refuse(quoted_word(word) + " follows all that the header announces");
+        if (!word.empty()) in_.refuse(fmt::format("{} follows all that the header announces", quoted_word(word)));
     }
     double coordinate(Type /*type*/) { return in_.coordinate(next()); }
     std::int64_t whole(Type /*type*/, std::string_view expected) { return in_.whole(next(), expected); }
@@ -160,8 +162,8 @@ public:
     void end() const {
         constexpr std::string_view kPadding("\0 \t\r\n\x1A", 6);
         if (in_.rest().find_first_not_of(kPadding) == std::string_view::npos) return;
-        throw ObjectError(counted(in_.rest().size(), "byte follows", "bytes follow") +
-                          " all that the header announces; export the mesh again");
+        throw ObjectError(fmt::format("{} all that the header announces; export the mesh again",
+                                      counted(in_.rest().size(), "byte follows", "bytes follow")));
     }
     double coordinate(Type type) {
         constexpr std::string_view kExpected = "a coordinate";
@@ -201,7 +203,7 @@ private:
         return in_.take<double>(expected);
     }
     [[noreturn]] void refuse_value(double value, std::string_view expected) const {
-        in_.refuse(std::to_string(value) + " where " + std::string(expected) + " was expected");
+        in_.refuse(fmt::format("{:f} where {} was expected", value, expected));
     }
 
     ByteReader in_;
@@ -245,7 +247,7 @@ private:
 
     void read_list(const Property& property, bool corners) {
         const std::int64_t count = in_.whole(*property.count_type, "the length of a list");
-        if (count < 0) in_.refuse(std::to_string(count) + " where the length of a list was expected");
+        if (count < 0) in_.refuse(fmt::format("{} where the length of a list was expected", count));
         for (std::int64_t i = 0; i < count; ++i) {
             if (corners) {
                 soup_.polygons.back().push_back(corner(property.type));

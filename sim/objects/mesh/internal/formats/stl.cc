@@ -1,3 +1,5 @@
+#include <fmt/format.h>
+
 #include <array>
 #include <cmath>
 #include <string>
@@ -35,7 +37,7 @@ bool is_text(std::string_view bytes) {
 
 void expect(TextScanner& in, std::string_view keyword) {
     const std::string_view word = in.word();
-    if (!equal_words(word, keyword)) in.refuse_word(word, "'" + std::string(keyword) + "'");
+    if (!equal_words(word, keyword)) in.refuse_word(word, fmt::format("'{}'", keyword));
 }
 
 // From after "facet" to "endfacet". The normal does not count: many programs write none, or nan.
@@ -78,20 +80,22 @@ PolygonSoup read_text(std::string_view bytes) {
 
 PolygonSoup read_binary(std::string_view bytes) {
     if (bytes.size() < kFirstTriangle) {
-        throw ObjectError("neither text, which begins with 'solid', nor binary, which has a header of " + std::to_string(kFirstTriangle) +
-                          " bytes: the file ends after " + std::to_string(bytes.size()));
+        throw ObjectError(
+            fmt::format("neither text, which begins with 'solid', nor binary, which has a header of {} bytes: the file ends after {}",
+                        kFirstTriangle, bytes.size()));
     }
     const std::size_t count = announced_triangles(bytes);
     const std::size_t held = (bytes.size() - kFirstTriangle) / kTriangleBytes;
     if (held < count) {
-        throw ObjectError("byte " + std::to_string(bytes.size()) + ": the file ends in triangle " + std::to_string(held + 1) + " of " +
-                          std::to_string(count) + "; it is cut off, or not an STL file: export the mesh again");
+        throw ObjectError(
+            fmt::format("byte {}: the file ends in triangle {} of {}; it is cut off, or not an STL file: export the mesh again",
+                        bytes.size(), held + 1, count));
     }
     // Fewer bytes than a triangle has, or zeros, are no triangle that would be lost.
     const std::string_view rest = bytes.substr(kFirstTriangle + kTriangleBytes * count);
     if (rest.size() >= kTriangleBytes && rest.find_first_not_of('\0') != std::string_view::npos) {
-        throw ObjectError(std::to_string(rest.size()) + " bytes follow the " + counted(count, "triangle", "triangles") +
-                          " that the header announces; export the mesh again, as one solid");
+        throw ObjectError(fmt::format("{} bytes follow the {} that the header announces; export the mesh again, as one solid", rest.size(),
+                                      counted(count, "triangle", "triangles")));
     }
     ByteReader in(bytes, kFirstTriangle, std::endian::little);
     PolygonSoup soup;
@@ -102,7 +106,7 @@ PolygonSoup read_binary(std::string_view bytes) {
             Point p;
             for (double& x : p) {
                 x = in.take<float>("a coordinate");
-                if (!(std::abs(x) <= kLargestCoordinate)) in.refuse(std::to_string(x) + " where a coordinate was expected");
+                if (!(std::abs(x) <= kLargestCoordinate)) in.refuse(fmt::format("{:f} where a coordinate was expected", x));
             }
             add_corner(soup, p);
         }

@@ -1,5 +1,7 @@
 #include "sim/objects/mesh/internal/formats/text_scanner.h"
 
+#include <fmt/format.h>
+
 #include <algorithm>
 #include <charconv>
 #include <cmath>
@@ -135,10 +137,10 @@ std::size_t TextScanner::count(std::string_view word, std::string_view expected)
 
 void TextScanner::refuse_word(std::string_view word, std::string_view expected) const {
     const std::string end = position_ >= text_.size() ? "the file ends" : "the line ends";
-    refuse((word.empty() ? end : quoted_word(word)) + " where " + std::string(expected) + " was expected");
+    refuse(fmt::format("{} where {} was expected", word.empty() ? end : quoted_word(word), expected));
 }
 
-void TextScanner::refuse(const std::string& what) const { throw ObjectError("line " + std::to_string(word_line_) + ": " + what); }
+void TextScanner::refuse(const std::string& what) const { throw ObjectError(fmt::format("line {}: {}", word_line_, what)); }
 
 std::size_t count_lines(TextScanner in) {
     std::size_t lines = 0;
@@ -159,7 +161,7 @@ std::string quoted_word(std::string_view word) {
     std::string text(word.substr(0, kLongest));
     std::ranges::replace_if(
         text, [](unsigned char c) { return c < 0x20 || c > 0x7E; }, '?');
-    return "'" + text + (word.size() > kLongest ? "...'" : "'");
+    return fmt::format("'{}{}'", text, word.size() > kLongest ? "..." : "");
 }
 
 }  // namespace palpate
