@@ -5,8 +5,8 @@
 #include <fstream>
 #include <memory>
 #include <system_error>
-#include <variant>
 
+#include "config/file_names.h"
 #include "config/internal/key_reader.h"
 #include "config/internal/session_keys.h"
 #include "config/internal/tree.h"
@@ -14,20 +14,6 @@
 namespace palpate {
 
 namespace {
-
-// Follows links in the folder, where ".." means something else behind them, but keeps the file's own name.
-std::filesystem::path resolve(const std::filesystem::path& file) {
-    std::error_code error;
-    const std::filesystem::path folder = std::filesystem::weakly_canonical(file.parent_path(), error);
-    return error ? file.lexically_normal() : folder / file.filename();
-}
-
-// Names of files that the configuration has relative to its own folder.
-void make_absolute(SessionConfig& config, const std::filesystem::path& folder) {
-    if (auto* const mesh = config.object ? std::get_if<MeshSpec>(&*config.object) : nullptr) mesh->file = resolve(folder / mesh->file);
-    auto* const modbus = config.machine ? std::get_if<ModbusSpec>(&config.machine->connection) : nullptr;
-    if (modbus != nullptr && !modbus->profile.empty()) modbus->profile = (folder / modbus->profile).lexically_normal();
-}
 
 // The text of a file, or one byte more than is allowed of it.
 std::string slurp(const std::filesystem::path& file, const yaml::Location& whole) {
@@ -66,7 +52,7 @@ SessionConfig read_config_text(const std::string& text, const std::filesystem::p
     SessionConfig config;
     describe(reader, config);
     reader.finish();
-    make_absolute(config, std::filesystem::absolute(name).parent_path());
+    make_names_absolute(config, std::filesystem::absolute(name).parent_path());
     return config;
 }
 

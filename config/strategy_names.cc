@@ -6,6 +6,8 @@
 #include <stdexcept>
 #include <vector>
 
+#include "config/nearest_word.h"
+
 namespace palpate {
 
 namespace {
@@ -19,11 +21,13 @@ constexpr std::array<std::string_view, 2> kTravelWords{"voronoi", "free_space"};
 constexpr std::array<std::string_view, 3> kNames{"default", "thesis", "adaptive"};
 constexpr std::array<Strategy, 3> kNamed{Strategy{}, Strategy::thesis(), Strategy::adaptive()};
 
-[[noreturn]] void fail(std::string_view name) {
+// `word`, of `name`, is none of `words`.
+[[noreturn]] void fail(std::string_view name, std::string_view word, std::span<const std::string_view> words) {
     throw std::invalid_argument(fmt::format(
-        "unknown strategy '{}'; allowed: default, thesis, adaptive, or refine+explore[+infer[+travel]] with refine {}, explore "
+        "unknown strategy '{}'{}; allowed: default, thesis, adaptive, or refine+explore[+infer[+travel]] with refine {}, explore "
         "{}, infer {}, travel {}",
-        name, fmt::join(kRefineWords, "|"), fmt::join(kExploreWords, "|"), fmt::join(kInferWords, "|"), fmt::join(kTravelWords, "|")));
+        name, did_you_mean(word, words), fmt::join(kRefineWords, "|"), fmt::join(kExploreWords, "|"), fmt::join(kInferWords, "|"),
+        fmt::join(kTravelWords, "|")));
 }
 
 template <class Option>
@@ -34,7 +38,7 @@ Option from_word(std::string_view word, std::string_view name) {
             return static_cast<Option>(i);
         }
     }
-    fail(name);
+    fail(name, word, words);
 }
 
 std::vector<std::string_view> split(std::string_view name) {
@@ -86,7 +90,7 @@ Strategy parse_strategy(std::string_view name) {
     Strategy strategy;
     const std::vector<std::string_view> words = split(name);
     if (words.size() < 2 || words.size() > 4) {
-        fail(name);
+        fail(name, name, kNames);
     }
     strategy.refine = from_word<Strategy::Refine>(words[0], name);
     strategy.explore = from_word<Strategy::Explore>(words[1], name);

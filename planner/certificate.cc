@@ -26,7 +26,11 @@ Premise manifold_premise(const Topology& t, const Evidence& evidence) {
 
 Premise component_premise(const Evidence& evidence) {
     Premise premise{Kind::every_component, State::assumed, {}};
-    if (evidence.unrepresented_touches > 0) {
+    if (evidence.unrepresented_touches > 0 && !evidence.stopped_by.empty()) {
+        premise.state = State::missing;
+        premise.detail = fmt::format("{} samples belong to no facet yet: a budget ended the run before all around them was probed",
+                                     evidence.unrepresented_touches);
+    } else if (evidence.unrepresented_touches > 0) {
         premise.state = State::refuted;
         premise.detail = fmt::format("{} samples belong to no facet, although all that can be reached around them was probed",
                                      evidence.unrepresented_touches);
@@ -100,6 +104,11 @@ Premise facet_premise(const Evidence& evidence) {
 
 // Of O itself, not of Ŝ: what S was seen to do between samples.
 Premise thickness_premise(const Evidence& evidence) {
+    if (!evidence.stopped_by.empty()) {
+        return {Kind::thickness, State::missing,
+                fmt::format("at {} places S is met twice near each other, and a budget ended the run before they were refined",
+                            evidence.unresolved_places + evidence.minor_places)};
+    }
     if (evidence.unresolved_places > 0) {
         return {Kind::thickness, State::refuted,
                 fmt::format("at {} places; the mesh does not have O's topology there", evidence.unresolved_places)};
@@ -158,7 +167,8 @@ Certificate certify(const Options& options, const Topology& topology, const Evid
         certificate.status = Certificate::Status::incomplete;
         certificate.premises.push_back({Kind::own_end, State::refuted, fmt::format("the budget of {} is used up", evidence.stopped_by)});
         certificate.statement =
-            fmt::format("Nothing is guaranteed: the run used up its budget of {}. The mesh is what it knew then.", evidence.stopped_by);
+            fmt::format("Nothing is guaranteed: the budget of {} ended the run before it was done. The mesh is what it knew then.",
+                        evidence.stopped_by);
         return certificate;
     }
     if (!is_shaped || !manifold.holds() || !components.holds() || !balls.holds() || evidence.unresolved_places > 0) {

@@ -79,7 +79,7 @@ struct ReachEvidence {
 struct Evidence {
     double max_ball_radius = 0.0;           // mm
     std::size_t components = 0;             // of Ŝ
-    std::size_t unrepresented_touches = 0;  // samples that no facet of Ŝ uses although all around them was explored
+    std::size_t unrepresented_touches = 0;  // samples that no facet of Ŝ uses; all around them was explored, unless a budget ended it
     std::size_t unresolved_places = 0;      // with such samples, or where S crosses dual edges twice: O is thinner than samples show
     std::size_t minor_places = 0;           // places as unresolved_places counts them, but Ŝ has O's topology without them
     std::size_t torn_components = 0;        // pairs of components of Ŝ that may be one

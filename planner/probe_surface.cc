@@ -16,4 +16,10 @@ Result probe_surface(SurfaceOracle& oracle, const Surroundings& surroundings, co
     return run.result();
 }
 
+void check_seeds(SurfaceOracle& oracle, const Surroundings& surroundings, const Options& options) {
+    check_options(surroundings, options, oracle.traits());
+    const Observer nobody;
+    ProbingLoop(oracle, surroundings, options, nobody).seed();
+}
+
 }  // namespace palpate

@@ -55,6 +55,9 @@ struct Observer {
 [[nodiscard]] Result probe_surface(SurfaceOracle& oracle, const Surroundings& surroundings, const Options& options,
                                    const Observer& observer = {});
 
+// Touches seeds as probe_surface does first, with the same answers, and ends there: would it begin? Throws what that throws.
+void check_seeds(SurfaceOracle& oracle, const Surroundings& surroundings, const Options& options);
+
 // Lower bound on the number of samples of a surface of that area (mm²) whose balls are at most epsilon (mm): the
 // density of a hexagonal lattice of circumradius epsilon.
 [[nodiscard]] double lower_bound_samples(double area, double epsilon);

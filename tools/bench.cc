@@ -56,6 +56,28 @@ std::string csv_field(const Json& value) {
     return fmt::format("\"{}\"", text);
 }
 
+using Cells = std::vector<std::vector<std::string>>;  // by row, the heads first
+
+// Markdown, so that a table can be pasted into a document as it is. The first `words` columns hold words, the others numbers.
+std::string markdown(const Cells& cells, std::size_t words) {
+    std::string text;
+    for (std::size_t line = 0; line < cells.size(); ++line) {
+        std::string rule = "|";
+        text += '|';
+        for (std::size_t column = 0; column < cells[line].size(); ++column) {
+            std::size_t width = 0;
+            for (const auto& other : cells) width = std::max(width, other[column].size());
+            const std::string& cell = cells[line][column];
+            const std::string padding(width - cell.size(), ' ');
+            text += column < words ? fmt::format(" {}{} |", cell, padding) : fmt::format(" {}{} |", padding, cell);
+            rule += column < words ? std::string(width + 2, '-') + '|' : std::string(width + 1, '-') + ":|";
+        }
+        text += '\n';
+        if (line == 0) text += rule + '\n';
+    }
+    return text;
+}
+
 }  // namespace
 
 std::string bench_json(const std::vector<BenchRow>& rows) { return to_json(rows).dump(2) + '\n'; }
@@ -75,8 +97,8 @@ std::string bench_csv(const std::vector<BenchRow>& rows) {
     return text;
 }
 
-std::string bench_table(const std::vector<BenchRow>& rows) {
-    std::vector<std::vector<std::string>> lines;
+std::string bench_table(const std::vector<BenchRow>& rows, int columns) {
+    Cells cells;
     for (const Json& row : to_json(rows)) {
         std::vector<std::string> names;
         std::vector<std::string> values;
@@ -84,25 +106,29 @@ std::string bench_table(const std::vector<BenchRow>& rows) {
             names.push_back(name);
             values.push_back(short_text(value));
         }
-        if (lines.empty()) lines.push_back(names);
-        lines.push_back(values);
+        if (cells.empty()) cells.push_back(names);
+        cells.push_back(values);
     }
-    // Markdown, so that a table can be pasted into a document as it is.
+    const std::string wide = markdown(cells, 2);
+    if (columns == 0 || wide.find('\n') <= static_cast<std::size_t>(columns)) return wide;
+    // Runs beside each other, as many as fit, one quantity below the other.
     std::string text;
-    for (std::size_t line = 0; line < lines.size(); ++line) {
-        std::string rule = "|";
-        text += '|';
-        for (std::size_t column = 0; column < lines[line].size(); ++column) {
-            std::size_t width = 0;
-            for (const auto& other : lines) width = std::max(width, other[column].size());
-            const bool words = column < 2;
-            const std::string& cell = lines[line][column];
-            const std::string padding(width - cell.size(), ' ');
-            text += words ? fmt::format(" {}{} |", cell, padding) : fmt::format(" {}{} |", padding, cell);
-            rule += words ? std::string(width + 2, '-') + '|' : std::string(width + 1, '-') + ":|";
-        }
-        text += '\n';
-        if (line == 0) text += rule + '\n';
+    for (std::size_t first = 1; first < cells.size();) {
+        std::string block;
+        std::size_t last = first;
+        do {
+            Cells turned(cells.front().size());
+            for (std::size_t quantity = 0; quantity < turned.size(); ++quantity) {
+                turned[quantity].push_back(cells.front()[quantity]);
+                for (std::size_t run = first; run <= last; ++run) turned[quantity].push_back(cells[run][quantity]);
+            }
+            const std::string longer = markdown(turned, 1);
+            if (!block.empty() && longer.find('\n') > static_cast<std::size_t>(columns)) break;
+            block = longer;
+            ++last;
+        } while (last < cells.size());
+        text += (text.empty() ? "" : "\n") + block;
+        first = last;
     }
     return text;
 }

@@ -3,7 +3,8 @@
 #include <fmt/format.h>
 #include <spdlog/spdlog.h>
 
-#include "tools/results.h"
+#include "devices/errors.h"
+#include "tools/run_progress.h"
 
 namespace palpate {
 namespace {
@@ -39,8 +40,16 @@ std::string describe_truth(const Simulation& run) {
                        run.truth.euler_characteristic, run.truth.components, run.truth.hausdorff, run.unsafe_moves);
 }
 
-Simulation simulate_with_progress(const SessionConfig& config, const Scene& scene) {
-    return with_progress([&](const auto& on_progress) { return simulate(config, scene, on_progress); });
+Simulation simulate_with_progress(const SessionConfig& config, const Scene& scene, Output& output, StopSignals& signals) {
+    return with_progress(output, [&](const Observer& observer) {
+        Observer stopping = observer;
+        stopping.on_progress = [&](const Progress& progress) {
+            observer.on_progress(progress);
+            signals.pause();
+            if (signals.token().stop_requested()) throw Stopped("stopped; nothing was written");
+        };
+        return simulate(config, scene, stopping);
+    });
 }
 
 }  // namespace palpate

@@ -4,6 +4,8 @@
 #include <string>
 
 #include "tools/simulation.h"
+#include "tools/terminal/output.h"
+#include "tools/terminal/stop_signals.h"
 
 namespace palpate {
 
@@ -15,7 +17,7 @@ void warn_of_other_truth(const Simulation& run);
 // The truth in a line.
 [[nodiscard]] std::string describe_truth(const Simulation& run);
 
-// Runs with a progress line on standard error.
-[[nodiscard]] Simulation simulate_with_progress(const SessionConfig& config, const Scene& scene);
+// Throws Stopped if a stop is requested meanwhile.
+[[nodiscard]] Simulation simulate_with_progress(const SessionConfig& config, const Scene& scene, Output& output, StopSignals& signals);
 
 }  // namespace palpate

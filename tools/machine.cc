@@ -1,11 +1,14 @@
 #include "tools/machine.h"
 
 #include <fmt/format.h>
+#include <spdlog/spdlog.h>
 
 #include "config/modbus_profile_reader.h"
 #include "devices/grbl/serial_grbl_machine.h"
 #include "devices/modbus/modbus_machine.h"
 #include "planner/number_text.h"
+#include "tools/session_plan.h"
+#include "tools/terminal/time_left.h"
 
 namespace palpate {
 namespace {
@@ -17,17 +20,31 @@ ModbusProfile profile_of(const ModbusSpec& modbus) {
 void check(const GrblSpec& /*grbl*/) {}
 void check(const ModbusSpec& modbus) { (void)profile_of(modbus); }
 
-std::unique_ptr<Machine> connect_to(const GrblSpec& grbl, const MachineSettings& settings, const std::stop_token& stop) {
+std::unique_ptr<Machine> connect_to(const GrblSpec& grbl, const MachineSettings& settings, const StopToken& stop) {
     return std::make_unique<SerialGrblMachine>(grbl.port, GrblOptions{settings.motion, settings.origin, settings.homing}, stop);
 }
 
-std::unique_ptr<Machine> connect_to(const ModbusSpec& modbus, const MachineSettings& settings, const std::stop_token& stop) {
+std::unique_ptr<Machine> connect_to(const ModbusSpec& modbus, const MachineSettings& settings, const StopToken& stop) {
     ModbusDeviceOptions options;
     options.link = modbus.link;
     options.profile = profile_of(modbus);
     options.motion = settings.motion;
     options.origin = settings.origin;
     return std::make_unique<ModbusMachine>(options, stop);
+}
+
+std::string describe_connecting(const GrblSpec& grbl) {
+    return fmt::format(
+        "connecting to {}: opening it {} what is on it; what stays silent is sent a reset (Ctrl-X) twice, as some controllers hear nothing "
+        "else; up to {} s",
+        grbl.port.path, grbl.port.reset ? "resets" : "may reset", grbl::kBootTime.count());
+}
+
+std::string describe_connecting(const ModbusSpec& modbus) {
+    const auto* tcp = std::get_if<ModbusTcp>(&modbus.link.where);
+    const std::string where = tcp != nullptr ? fmt::format("{}:{}", tcp->host, tcp->port) : std::get<ModbusRtu>(modbus.link.where).path;
+    return fmt::format("connecting to unit {} at {}, whose answers are waited for up to {} s each", modbus.link.unit, where,
+                       number_text(modbus.link.answer_timeout.count()));
 }
 
 const char* to_sentence(PlannedMotion::Kind kind) {
@@ -47,20 +64,38 @@ void check_connection(const MachineConfig& config) {
     std::visit([](const auto& spec) { check(spec); }, config.connection);
 }
 
-std::unique_ptr<Machine> connect(const MachineConfig& config, const std::stop_token& stop) {
+std::unique_ptr<Machine> connect(const MachineConfig& config, const StopToken& stop) {
+    spdlog::info("{}", std::visit([](const auto& spec) { return describe_connecting(spec); }, config.connection));
     return std::visit([&](const auto& spec) { return connect_to(spec, config, stop); }, config.connection);
 }
 
-std::string describe_plan(const MachineReport& report, bool homes_first, const std::string& what) {
+std::string describe_plan(const MachineReport& report, const MachineConfig& machine, const std::string& what) {
     constexpr const char* kHoming =
         "\nIt will be homed first, unguarded, from where it is: make sure that the way of the homing cycle is free.";
+    const Feeds& feeds = machine.motion.feeds;
     return fmt::format(
         "machine    {}\n"
         "state      {}, at {}\n"
+        "limits     {} to {}\n"
+        "feeds      {} mm/s travel, {} mm/s probing, {} mm/s for a second touch\n"
         "{}{}",
-        report.identity, report.state, point_text(report.position), what, homes_first ? kHoming : "");
+        report.identity, report.state, point_text(report.position), point_text(machine.limits.min), point_text(machine.limits.max),
+        feeds.travel_mm_per_s, feeds.probe_mm_per_s, feeds.touch_mm_per_s, what, machine.homes_first(report) ? kHoming : "");
 }
 
-std::string describe_plan(const PlannedMotion& plan) { return describe_plan(plan.report, plan.homes_first, to_sentence(plan.kind)); }
+std::string describe_plan(const PlannedMotion& plan, const SessionConfig& config) {
+    const Region workspace = machine_workspace(config);
+    std::string text = fmt::format("workspace  around {}, radius {:.6g} mm\n", point_text(workspace.center()), workspace.radius());
+    if (plan.first_target) {
+        const bool is_touch = plan.first_pace == Pace::probe;
+        text += fmt::format("first move {} {}\n", is_touch ? "a probe towards" : "to", point_text(*plan.first_target));
+    }
+    if (plan.kind == PlannedMotion::Kind::begin) {
+        const ExpectedEffort effort = expected_effort(config);
+        text += fmt::format("effort     about {:.2g} touches in {} of motion if the part fills the workspace\n", effort.touches,
+                            duration_text(effort.time));
+    }
+    return describe_plan(plan.report, *config.machine, text + to_sentence(plan.kind));
+}
 
 }  // namespace palpate

@@ -2,22 +2,24 @@
 #pragma once
 
 #include <memory>
-#include <stop_token>
 #include <string>
 
-#include "config/machine_config.h"
+#include "config/session_config.h"
 #include "devices/machine.h"
 #include "devices/session/machine_session.h"
+#include "devices/stop_request.h"
 
 namespace palpate {
 
 // Reads what the connection names in files. Throws ConfigError.
 void check_connection(const MachineConfig& config);
-// Moves nothing. Throws DeviceError, and as check_connection does.
-[[nodiscard]] std::unique_ptr<Machine> connect(const MachineConfig& config, const std::stop_token& stop);
+// Moves nothing, and says before on standard error what connecting may do, and how long it may take. Throws DeviceError, and as
+// check_connection does.
+[[nodiscard]] std::unique_ptr<Machine> connect(const MachineConfig& config, const StopToken& stop);
 
-// What the operator is asked to agree to: the machine, where its tool is, what it will do, and homing if that comes first.
-[[nodiscard]] std::string describe_plan(const PlannedMotion& plan);
-[[nodiscard]] std::string describe_plan(const MachineReport& report, bool homes_first, const std::string& what);
+// What the operator is asked to agree to: the machine, where its tool is, how far and how fast it may go, what it will do, and homing if
+// that comes first.
+[[nodiscard]] std::string describe_plan(const PlannedMotion& plan, const SessionConfig& config);
+[[nodiscard]] std::string describe_plan(const MachineReport& report, const MachineConfig& machine, const std::string& what);
 
 }  // namespace palpate

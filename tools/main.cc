@@ -1,15 +1,18 @@
 // The command line: parses, runs, maps errors to exit codes.
 #include <fcntl.h>
-#include <spdlog/sinks/stdout_color_sinks.h>
-#include <spdlog/spdlog.h>
 #include <unistd.h>
 
 #include <CLI/CLI.hpp>
 #include <csignal>
 #include <iostream>
+#include <optional>
 
+#include "devices/version.h"
 #include "tools/commands/commands.h"
+#include "tools/commands/usage.h"
 #include "tools/session_files.h"
+#include "tools/terminal/log.h"
+#include "tools/terminal/text_width.h"
 
 // A port that is opened must not become standard input, output or error because somebody had closed those.
 static void occupy_standard_streams() {
@@ -18,19 +21,50 @@ static void occupy_standard_streams() {
     if (file > STDERR_FILENO) close(file);
 }
 
+// While it lives a stream writes to another buffer.
+class StreamFor {
+public:
+    StreamFor(std::ostream& stream, std::streambuf* buffer) : stream_(stream), before_(stream.rdbuf(buffer)) {
+        stream_ << std::nounitbuf;  // by lines
+    }
+    ~StreamFor() {
+        stream_.flush();
+        stream_.rdbuf(before_);
+    }
+    StreamFor(const StreamFor&) = delete;
+    StreamFor& operator=(const StreamFor&) = delete;
+    StreamFor(StreamFor&&) = delete;
+    StreamFor& operator=(StreamFor&&) = delete;
+
+private:
+    std::ostream& stream_;
+    std::streambuf* before_;
+};
+
+// Output that waits in a buffer is not written yet. Throws OutputError.
+static void flush_output() {
+    std::cout.flush();
+    if (!std::cout) throw palpate::OutputError("standard output cannot be written: is the disk full, or the reader gone?");
+}
+
 int main(int argc, char** argv) {
     using namespace palpate;
     occupy_standard_streams();
     // A full disk and a reader that is gone are errors like others, not the end of a process that moves a machine.
     std::signal(SIGXFSZ, SIG_IGN);
     std::signal(SIGPIPE, SIG_IGN);
-    const auto log = spdlog::stderr_color_mt("palpate");
-    log->set_pattern("%n: %^%l%$: %v");
-    spdlog::set_default_logger(log);
+    // Nothing that is said may hold up what moves: everything for standard error goes through a console.
+    Console console(STDERR_FILENO);
+    ConsoleStream console_stream(console);
+    const StreamFor redirected(std::cerr, console_stream.buffer());
+    Output output{std::cout, console};
+    output.columns = columns_of(STDOUT_FILENO);
+    log_to(output);
 
     CLI::App app("Palpate discovers the shape of an unknown solid by touching it.", "palpate");
     app.require_subcommand(1);
-    app.set_version_flag("--version", PALPATE_VERSION);
+    app.failure_message(explain_usage);
+    app.set_version_flag("--version", std::string(program_version()));
     app.footer(
         "Examples:\n"
         "  palpate simulate config/examples/bunny.yaml -o bunny --up y\n"
@@ -38,7 +72,8 @@ int main(int argc, char** argv) {
         "  palpate probe my_part.yaml -o my_part\n"
         "  palpate resume my_part\n"
         "  palpate bench config/examples/torus.yaml --strategy thesis,default\n"
-        "Exit codes: 0 done, 1 internal error, 2 bad usage or configuration, 3 device fault, 4 incomplete result.\n"
+        "Exit codes: 0 done, 1 internal error, 2 bad usage or configuration, 3 device fault, 4 incomplete result,\n"
+        "5 a premise that was given is refuted (6 is kept for parts out of tolerance).\n"
         "Every key of a configuration: config/README.md.");
 
     const auto add_overrides = [](CLI::App* command, std::vector<std::string>& overrides) {
@@ -46,6 +81,10 @@ int main(int argc, char** argv) {
             ->type_name("KEY=VALUE")
             ->expected(1)
             ->multi_option_policy(CLI::MultiOptionPolicy::TakeAll);
+    };
+
+    const auto add_folder = [](CLI::App* command, std::filesystem::path& folder) {
+        command->add_option("-o,--output", folder, "Session folder to write")->required()->type_name("DIR")->check(explain_option_as_name);
     };
 
     std::string up = "z";
@@ -58,14 +97,21 @@ int main(int argc, char** argv) {
         command->add_flag("--no-picture", no_picture, "Draw no picture; `palpate picture DIR` can do it later");
     };
 
+    bool events = false;
+    const auto add_loudness = [&](CLI::App* command) {
+        command->add_flag("--quiet", output.is_quiet, "No progress, and of messages only warnings and errors");
+        command->add_flag("--json", events, "One JSON object per line and event on standard output, in place of text");
+    };
+
     SimulateCommand simulate;
     CLI::App* const simulate_app =
         app.add_subcommand("simulate", "Probe a hidden object blind, by ray casting, and write a session folder");
     simulate_app->add_option("CONFIG", simulate.config, "Configuration, YAML")->required();
-    simulate_app->add_option("-o,--output", simulate.folder, "Session folder to write")->required()->type_name("DIR");
+    add_folder(simulate_app, simulate.folder);
     simulate_app->add_flag("--force", simulate.force, "Replace a session that is already in DIR");
     add_picture(simulate_app);
     add_overrides(simulate_app, simulate.overrides);
+    add_loudness(simulate_app);
     simulate_app->footer("Example: palpate simulate config/examples/bunny.yaml -o bunny --up y --set probing.epsilon=0.5");
 
     const auto add_yes = [](CLI::App* command, bool& yes) {
@@ -75,10 +121,11 @@ int main(int argc, char** argv) {
     ProbeCommand probe;
     CLI::App* const probe_app = app.add_subcommand("probe", "Probe a part with a machine, and write a session folder");
     probe_app->add_option("CONFIG", probe.config, "Configuration with a machine, YAML")->required();
-    probe_app->add_option("-o,--output", probe.folder, "Session folder to write")->required()->type_name("DIR");
+    add_folder(probe_app, probe.folder);
     add_yes(probe_app, probe.yes);
     add_picture(probe_app);
     add_overrides(probe_app, probe.overrides);
+    add_loudness(probe_app);
     probe_app->footer("Example: palpate probe my_part.yaml -o my_part\nCtrl-C stops the machine, and `palpate resume my_part` goes on.");
 
     ResumeCommand resume;
@@ -86,12 +133,14 @@ int main(int argc, char** argv) {
     resume_app->add_option("DIR", resume.folder, "Session folder")->required();
     resume_app->add_flag("--replay", resume.replay, "Make the files of a finished session again, from its journal, without a machine");
     add_yes(resume_app, resume.yes);
+    resume_app->add_flag("--salvage", resume.salvage, "Go on from what is before the first damage of the journal; the damaged one is kept");
     add_overrides(resume_app, resume.overrides);
+    add_loudness(resume_app);
     add_picture(resume_app);
     resume_app->footer(
         "Example: palpate resume my_part\n         palpate resume my_part --set machine.grbl.port=/dev/ttyUSB1\n         palpate resume "
         "--replay my_part\n"
-        "Only how the machine is reached and homed may be overridden: a session goes on as it began.");
+        "Only how the machine is reached and homed may be overridden, and the budget raised: a session goes on as it began.");
 
     PictureCommand picture;
     CLI::App* const picture_app = app.add_subcommand("picture", "Draw the picture of a session again, from its mesh.ply");
@@ -156,6 +205,7 @@ int main(int argc, char** argv) {
         ->capture_default_str();
     bench_app->add_option("-o,--output", bench.output, "Write FILE.csv and FILE.json, or FILE.svg")
         ->type_name("FILE")
+        ->check(explain_option_as_name)
         ->capture_default_str();
     bench_app->add_flag("--force", bench.force, "Replace these files if they are there");
     bench_app->add_flag("--anytime", bench.anytime,
@@ -169,37 +219,48 @@ int main(int argc, char** argv) {
     try {
         app.parse(argc, argv);
     } catch (const CLI::ParseError& error) {
-        return app.exit(error) == 0 ? 0 : static_cast<int>(ExitCode::usage);
+        if (app.exit(error) != 0) return static_cast<int>(ExitCode::usage);
+        // Help or the version was asked for.
+        try {
+            flush_output();
+            return static_cast<int>(ExitCode::done);
+        } catch (...) {
+            return static_cast<int>(explain_current_exception(output));
+        }
     }
+    std::optional<Console> event_console;
+    if (events)
+        output.events = &event_console.emplace(
+            STDOUT_FILENO, [](std::uint64_t count) { return "{\"event\":\"lost\",\"lines\":" + std::to_string(count) + "}\n"; });
+    log_to(output);
     try {
         ExitCode code = ExitCode::done;
         if (*simulate_app) {
             simulate.picture = {!no_picture, up[0]};
-            code = run(simulate, std::cout);
+            code = run(simulate, output);
         } else if (*probe_app) {
             probe.picture = {!no_picture, up[0]};
-            code = run(probe, std::cout);
+            code = run(probe, output);
         } else if (*resume_app) {
             resume.picture = {!no_picture, up[0]};
-            code = run(resume, std::cout);
+            code = run(resume, output);
         } else if (*picture_app) {
             picture.up = up[0];
-            code = run(picture, std::cout);
+            code = run(picture, output);
         } else if (*touch_app) {
-            code = run(touch, std::cout);
+            code = run(touch, output);
         } else if (*ports_app) {
-            code = run(PortsCommand{}, std::cout);
+            code = run(PortsCommand{}, output);
         } else if (*vm_app) {
-            code = run(vm, std::cout);
+            code = run(vm, output);
         } else if (*check_app) {
-            code = run(check, std::cout);
+            code = run(check, output);
         } else {
-            code = run(bench, std::cout);
+            code = run(bench, output);
         }
-        std::cout.flush();
-        if (!std::cout) throw OutputError("standard output cannot be written: is the disk full, or the reader gone?");
+        flush_output();
         return static_cast<int>(code);
     } catch (...) {
-        return static_cast<int>(explain_current_exception());
+        return static_cast<int>(explain_current_exception(output));
     }
 }

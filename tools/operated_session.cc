@@ -1,55 +1,67 @@
 #include "tools/operated_session.h"
 
-#include <fmt/format.h>
 #include <spdlog/spdlog.h>
-#include <unistd.h>
-
-#include <iostream>
 
 #include "devices/errors.h"
-#include "tools/consent.h"
 #include "tools/machine.h"
-#include "tools/probe_proof.h"
 #include "tools/results.h"
+#include "tools/run_progress.h"
 #include "tools/session_files.h"
 #include "tools/session_plan.h"
 #include "tools/summary.h"
+#include "tools/terminal/consent.h"
+#include "tools/terminal/probe_proof.h"
 
 namespace palpate {
 
-SessionHost host_for(const MachineConfig& machine, bool yes, const StopSignals& signals) {
+SessionHost host_for(const SessionConfig& config, bool yes, Output& output, StopSignals& signals) {
+    const MachineConfig& machine = *config.machine;
     SessionHost host;
     host.connect = [&] { return connect(machine, signals.token()); };
     if (is_proven_by_hand(machine.probe_proof, !yes)) {
-        host.press = [&signals](Machine& connected) {
-            return see_probe_pressed(connected, STDIN_FILENO, "stop", std::cerr, signals.token());
-        };
+        host.press = [&](Machine& connected) { return see_probe_pressed(connected, "stop", output.console, signals); };
     }
-    host.ask = [yes, &signals](const PlannedMotion& plan) {
-        ask_consent(describe_plan(plan), yes, STDIN_FILENO, std::cerr, signals.token());
+    host.ask = [&config, yes, &output, &signals](const PlannedMotion& plan) {
+        if (yes && output.is_quiet) return;
+        ask_consent(describe_plan(plan, config), yes, output.console, signals);
     };
     host.say = [](const std::string& sentence) { spdlog::info("{}", sentence); };
     host.stop = signals.token();
+    host.pause = [&signals] { signals.pause(); };
     return host;
 }
 
-ExitCode run_session(const std::filesystem::path& folder, const SessionConfig& config, const PictureChoice& picture, SessionHost host,
-                     std::ostream& out, MachineRun (*session)(const SessionPlan&, const SessionHost&)) {
+ExitCode run_session(const SessionPlan& plan, const SessionConfig& config, const std::filesystem::path& folder,
+                     const PictureChoice& picture, SessionHost host, Output& output, StopSignals& signals,
+                     MachineRun (*session)(const SessionPlan&, const SessionHost&)) {
     try {
-        const SessionPlan plan = plan_session(config, folder);
-        const MachineRun run = with_progress([&](const auto& on_progress) {
-            host.on_progress = on_progress;
+        const MachineRun run = with_progress(output, [&](const Observer& observer) {
+            host.on_progress = observer.on_progress;
+            host.on_sample = observer.on_sample;
             return session(plan, host);
         });
-        const std::string files = write_results(folder, run.result, to_json(run, config.probing.epsilon), picture);
-        print_result(run.result, config.probing.epsilon, "", out);
-        out << "written to     " << folder.string() << ": config.yaml, journal.jsonl, " << files << '\n';
+        signals.release();
+        const Provenance provenance = provenance_of(config, folder, plan.config_digest, run.object_sha256);
+        const std::string summary = to_json(run, config.probing.epsilon, provenance);
+        const std::string files = write_results(folder, run.result, provenance, summary, picture);
+        tell_result(output, run.result, config.probing.epsilon, "", summary, folder, fmt::format("config.yaml, journal.jsonl, {}", files));
+        if (is_stopped_by_budget(run.result.certificate)) {
+            spdlog::info("the budget is used up; with a larger one the session goes on, for example: palpate resume {} --set {}",
+                         shell_word(folder.string()), larger_budget(config.probing.budget));
+        }
         return exit_code_of(run.result);
+    } catch (const OutputError& error) {
+        if (!std::filesystem::exists(folder / kJournalFile)) throw;  // the whole folder is gone
+        throw OutputError(
+            fmt::format("{}. Nothing is lost: the session is finished, and in {}. Once the files can be written, this writes them, "
+                        "without the machine: palpate resume {}",
+                        error.what(), (folder / kJournalFile).string(), shell_word(folder.string())));
     } catch (const NotFinished&) {
         throw SetupError(fmt::format("{}: this session is not finished; resume it without --replay", folder.string()));
     } catch (const DeviceError&) {
         if (std::filesystem::exists(folder / kJournalFile)) {
-            spdlog::warn("what was touched is in {}; go on with: palpate resume {}", (folder / kJournalFile).string(), folder.string());
+            spdlog::warn("what was touched is in {}; go on with: palpate resume {}", (folder / kJournalFile).string(),
+                         shell_word(folder.string()));
         }
         throw;
     }

@@ -2,12 +2,14 @@
 
 #include <fmt/format.h>
 
+#include <nlohmann/json.hpp>
 #include <ostream>
 
 #include "planner/number_text.h"
 #include "sim/objects/mesh/mesh_file.h"
 #include "tools/session_files.h"
 #include "tools/summary.h"
+#include "tools/terminal/text_width.h"
 #include "tools/view/picture.h"
 #include "tools/view/png.h"
 
@@ -48,11 +50,11 @@ std::string per_bound(double amount, double bound, const std::string& of_what) {
 
 }  // namespace
 
-std::string write_results(const std::filesystem::path& folder, const Result& result, const std::string& summary,
-                          const PictureChoice& picture) {
-    write_file(folder / kMeshFile, to_ply(result.mesh));
-    write_file(folder / "touches.csv", to_csv(result.touches));
-    write_file(folder / "summary.json", summary);
+std::string write_results(const std::filesystem::path& folder, const Result& result, const Provenance& provenance,
+                          const std::string& summary, const PictureChoice& picture) {
+    write_file(folder / kMeshFile, to_ply(result.mesh, mesh_comments(provenance, result.certificate)));
+    write_file(folder / kTouchesFile, to_csv(result.touches));
+    write_file(folder / kSummaryFile, summary);
     const std::string names = "mesh.ply, touches.csv, summary.json";
     if (!picture.drawn || result.mesh.triangles.empty()) {
         // One that is there shows another mesh.
@@ -66,24 +68,49 @@ std::string write_results(const std::filesystem::path& folder, const Result& res
 
 void draw_session_picture(const std::filesystem::path& folder, char up) { draw_samples(folder, read_triangles(folder / kMeshFile), up); }
 
-void print_result(const Result& r, double epsilon, const std::string& truth, std::ostream& out) {
+void print_result(const Result& r, double epsilon, const std::string& truth, std::ostream& out, int columns) {
     const Cost& a = r.cost;
-    out << "samples        " << r.samples << per_bound(static_cast<double>(r.samples), r.lower_bound_samples, "hexagonal bound") << "\n"
-        << "probes         " << a.probes() << " (" << static_cast<double>(a.probes()) / static_cast<double>(r.samples)
-        << " per sample): " << a.contact << " contacts, " << a.clear << " clear"
-        << (a.failed > 0 ? fmt::format(", {} failed", a.failed) : "") << "\n"
-        << "displacement   " << a.displacement() << " mm" << per_bound(a.displacement(), r.lower_bound_displacement, "bound") << ": "
-        << a.travel << " travel, " << a.probing << " probing\n"
-        << "mesh           " << r.topology.facets << " facets, " << r.topology.components << " component(s), Euler characteristic "
-        << r.topology.euler_characteristic << ", " << r.topology.boundary_edges << " boundary and " << r.topology.nonmanifold_edges
-        << " non-manifold edges, largest ball " << r.max_ball_radius << " mm (epsilon " << epsilon << ")\n"
-        << (truth.empty() ? "" : fmt::format("truth          {}\n", truth)) << "certificate    " << to_string(r.certificate.status) << ": "
-        << r.certificate.statement << '\n';
+    constexpr int kLabel = 15;
+    const auto line = [&](const char* label, const std::string& text) {
+        out << wrapped(fmt::format("{:<{}}{}", label, kLabel, text), columns, kLabel) << '\n';
+    };
+    line("samples", fmt::format("{}{}", r.samples, per_bound(static_cast<double>(r.samples), r.lower_bound_samples, "hexagonal bound")));
+    line("probes", fmt::format("{} ({:.6g} per sample): {} contacts, {} clear{}", a.probes(),
+                               static_cast<double>(a.probes()) / static_cast<double>(r.samples), a.contact, a.clear,
+                               a.failed > 0 ? fmt::format(", {} failed", a.failed) : std::string()));
+    line("displacement", fmt::format("{:.6g} mm{}: {:.6g} travel, {:.6g} probing", a.displacement(),
+                                     per_bound(a.displacement(), r.lower_bound_displacement, "bound"), a.travel, a.probing));
+    line("mesh",
+         fmt::format("{} facets, {} component(s), Euler characteristic {}, {} boundary and {} non-manifold edges, largest ball {:.6g} "
+                     "mm (epsilon {:.6g})",
+                     r.topology.facets, r.topology.components, r.topology.euler_characteristic, r.topology.boundary_edges,
+                     r.topology.nonmanifold_edges, r.max_ball_radius, epsilon));
+    if (!truth.empty()) line("truth", truth);
+    line("certificate", fmt::format("{}: {}", to_string(r.certificate.status), r.certificate.statement));
     for (const Premise& premise : r.certificate.premises) {
-        out << "  " << to_string(premise.state) << "  " << name_of(premise.kind) << " - " << premise.detail << '\n';
+        out << wrapped(fmt::format("  {}  {} - {}", to_string(premise.state), name_of(premise.kind), premise.detail), columns, 4) << '\n';
     }
     list_places(out, "bad place", r.bad_places);
     list_places(out, "thin place", r.thin_places);
+}
+
+void tell_result(Output& output, const Result& result, double epsilon, const std::string& truth, const std::string& summary,
+                 const std::filesystem::path& folder, const std::string& files) {
+    if (output.events == nullptr) {
+        print_result(result, epsilon, truth, output.results, output.columns);
+        output.results << wrapped(fmt::format("written to     {}: {}", folder.string(), files), output.columns, 15) << '\n';
+        return;
+    }
+    using Json = nlohmann::ordered_json;
+    const Json event = {{"event", "result"}, {"folder", folder.string()}, {"summary", Json::parse(summary)}};
+    while (!output.events->flush(std::chrono::hours(1)) && !output.events->is_dead()) {
+    }
+    output.results << event.dump(-1, ' ', false, Json::error_handler_t::replace) << std::endl;
+}
+
+bool is_stopped_by_budget(const Certificate& certificate) {
+    const Premise* const own_end = certificate.find(Premise::Kind::own_end);
+    return own_end != nullptr && own_end->state == Premise::State::refuted;
 }
 
 }  // namespace palpate

@@ -2,8 +2,9 @@
 
 #include <fmt/format.h>
 
-#include <algorithm>
 #include <array>
+#include <cerrno>
+#include <cstdio>
 #include <fstream>
 #include <iterator>
 #include <system_error>
@@ -14,8 +15,6 @@ namespace palpate {
 namespace {
 
 namespace fs = std::filesystem;
-
-constexpr std::array<const char*, 6> kSessionFiles = {kConfigFile, kJournalFile, kMeshFile, "touches.csv", "summary.json", kPictureFile};
 
 void append(std::string& text, const Point& p, char separator) {
     for (int axis = 0; axis < 3; ++axis) {
@@ -42,24 +41,17 @@ const char* to_string(Touch::Role role) {
     return "";
 }
 
-}  // namespace
-
-void prepare_session_folder(const fs::path& folder, bool force) {
-    std::error_code error;
-    for (const char* file : kSessionFiles) {
-        if (!force && fs::exists(folder / file, error)) {
-            throw OutputError(
-                fmt::format("{}: holds a session already ({}); choose another folder, resume it, or (simulate) give --force to replace it",
-                            folder.string(), file));
-        }
-    }
-    fs::create_directories(folder, error);
-    if (error || !fs::is_directory(folder)) {
-        throw OutputError(fmt::format("{}: cannot make this folder: {}", folder.string(), error.message()));
-    }
-    write_file(folder / "palpate.trial", "");
-    fs::remove(folder / "palpate.trial", error);
+// 0, or errno: streams do not say why they failed.
+int write_bytes(const fs::path& file, const std::string& content) {
+    std::FILE* const out = std::fopen(file.c_str(), "wb");
+    if (out == nullptr) return errno;
+    const bool is_whole = std::fwrite(content.data(), 1, content.size(), out) == content.size();
+    const int reason = is_whole ? 0 : errno;
+    if (std::fclose(out) != 0 && is_whole) return errno;
+    return reason;
 }
+
+}  // namespace
 
 void remove_unbegun_session(const fs::path& folder) {
     std::error_code ignored;
@@ -70,36 +62,42 @@ void remove_unbegun_session(const fs::path& folder) {
     if (!fs::exists(folder / kMeshFile, ignored)) fs::remove(folder / kConfigFile, ignored);
 }
 
+std::string shell_word(const std::string& word) {
+    constexpr std::string_view kPlain = "abcdefghijklmnopqrstuvwxyzABCDEFGHIJKLMNOPQRSTUVWXYZ0123456789_-./=:,+@%";
+    if (!word.empty() && word.find_first_not_of(kPlain) == std::string::npos) return word;
+    std::string quoted = "'";
+    for (const char c : word) quoted += c == '\'' ? std::string("'\\''") : std::string(1, c);
+    return quoted + '\'';
+}
+
+std::string read_file(const fs::path& file) {
+    std::ifstream in(file, std::ios::binary);
+    return {std::istreambuf_iterator<char>(in), std::istreambuf_iterator<char>()};
+}
+
 void write_file(const fs::path& file, const std::string& content) {
     // Beside the old one first: a full disk must not cost what was there.
     const fs::path unfinished = file.string() + ".unfinished";
-    std::error_code error;
-    {
-        std::ofstream out(unfinished, std::ios::binary);
-        out << content;
-        out.close();
-        if (!out) {
-            fs::remove(unfinished, error);
-            throw OutputError(fmt::format("{}: cannot be written: is the disk full, or the folder read-only?", file.string()));
-        }
-    }
-    fs::rename(unfinished, file, error);
-    if (error) throw OutputError(fmt::format("{}: cannot be written: {}", file.string(), error.message()));
+    std::error_code error(write_bytes(unfinished, content), std::generic_category());
+    if (!error) fs::rename(unfinished, file, error);
+    if (!error) return;
+    std::error_code ignored;
+    fs::remove(unfinished, ignored);
+    throw OutputError(fmt::format("{}: cannot be written: {}", file.string(), error.message()));
 }
 
-std::string to_ply(const TriangleMesh& mesh) {
-    std::string text = fmt::format(
-        "ply\n"
-        "format ascii 1.0\n"
-        "comment made by Palpate; millimetres\n"
-        "element vertex {}\n"
-        "property double x\n"
-        "property double y\n"
-        "property double z\n"
-        "element face {}\n"
-        "property list uchar int vertex_indices\n"
-        "end_header\n",
-        mesh.points.size(), mesh.triangles.size());
+std::string to_ply(const TriangleMesh& mesh, const std::vector<std::string>& comments) {
+    std::string text = "ply\nformat ascii 1.0\n";
+    for (const std::string& comment : comments) fmt::format_to(std::back_inserter(text), "comment {}\n", comment);
+    fmt::format_to(std::back_inserter(text),
+                   "element vertex {}\n"
+                   "property double x\n"
+                   "property double y\n"
+                   "property double z\n"
+                   "element face {}\n"
+                   "property list uchar int vertex_indices\n"
+                   "end_header\n",
+                   mesh.points.size(), mesh.triangles.size());
     for (const Point& p : mesh.points) {
         append(text, p, ' ');
         text += '\n';

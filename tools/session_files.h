@@ -2,8 +2,10 @@
 // journal.jsonl.
 #pragma once
 
+#include <array>
 #include <filesystem>
 #include <string>
+#include <vector>
 
 #include "planner/probe_surface.h"
 
@@ -13,6 +15,10 @@ inline constexpr const char* kConfigFile = "config.yaml";
 inline constexpr const char* kJournalFile = "journal.jsonl";
 inline constexpr const char* kMeshFile = "mesh.ply";
 inline constexpr const char* kPictureFile = "picture.png";
+inline constexpr const char* kTouchesFile = "touches.csv";
+inline constexpr const char* kSummaryFile = "summary.json";
+inline constexpr std::array<const char*, 6> kSessionFiles = {kConfigFile,  kJournalFile, kMeshFile,
+                                                             kTouchesFile, kSummaryFile, kPictureFile};
 
 // A folder or file that cannot be used. The message names it and says what to do.
 class OutputError : public std::runtime_error {
@@ -20,21 +26,22 @@ public:
     using std::runtime_error::runtime_error;
 };
 
-// Makes the folder and tries it, before a run that would otherwise be lost; a session that is there stays as it is. Throws
-// OutputError if it holds a session already and not `force`, or cannot be made or written.
-void prepare_session_folder(const std::filesystem::path& folder, bool force);
-
 // Takes away what a session on a machine left that ended before its journal was begun: it is in nobody's way.
 void remove_unbegun_session(const std::filesystem::path& folder);
 
-// Writes a whole file, or leaves what was there as it was. Throws OutputError.
+// A word as a shell takes it, for hints that can be copied.
+[[nodiscard]] std::string shell_word(const std::string& word);
+
+// The whole file; empty if it cannot be read.
+[[nodiscard]] std::string read_file(const std::filesystem::path& file);
+
+// Writes a whole file, or leaves what was there as it was. Throws OutputError with the system's reason.
 void write_file(const std::filesystem::path& file, const std::string& content);
 
-// ASCII PLY with double coordinates, shortest digits that read back to the same bits.
-[[nodiscard]] std::string to_ply(const TriangleMesh& mesh);
+// ASCII PLY with double coordinates, shortest digits that read back to the same bits. REQUIRES: each comment is one line.
+[[nodiscard]] std::string to_ply(const TriangleMesh& mesh, const std::vector<std::string>& comments = {});
 
-// One line per contact, in order: touch, x, y, z (mm), from_x, from_y, from_z (mm: where the probe started), role
-// (crossing, seed, seed_facet, refinement, repair), sample (its index, or nothing).
+// One line per contact, in order, with the columns of planner/DESIGN.md, "Session folder".
 [[nodiscard]] std::string to_csv(const std::vector<Touch>& touches);
 
 }  // namespace palpate

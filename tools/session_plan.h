@@ -4,6 +4,7 @@
 #include <filesystem>
 #include <string>
 #include <string_view>
+#include <vector>
 
 #include "config/session_config.h"
 #include "devices/session/machine_session.h"
@@ -18,7 +19,20 @@ namespace palpate {
 // ω of a configuration for a machine. Throws SetupError if there is no machine or ω is not given, and as check_session does.
 [[nodiscard]] Region machine_workspace(const SessionConfig& config);
 
-// For the session of a folder that holds its config.yaml. Throws as machine_workspace does.
-[[nodiscard]] SessionPlan plan_session(const SessionConfig& config, const std::filesystem::path& folder);
+// The files that a run reads.
+[[nodiscard]] std::vector<std::filesystem::path> inputs_of(const SessionConfig& config, const std::filesystem::path& file);
+
+// What a session will take if the part fills ω, roughly: the operator is to know whether it is minutes or hours.
+struct ExpectedEffort {
+    double touches = 0.0;
+    Seconds time{0};
+};
+[[nodiscard]] ExpectedEffort expected_effort(const SessionConfig& config);
+
+// A larger budget than one that was used up, as a word for --set.
+[[nodiscard]] std::string larger_budget(const Budget& budget);
+
+// For the session of a folder whose config.yaml has that text. Throws as machine_workspace does.
+[[nodiscard]] SessionPlan plan_session(const SessionConfig& config, const std::filesystem::path& folder, const std::string& text);
 
 }  // namespace palpate

@@ -18,6 +18,11 @@ Region build_workspace(const WorkspaceSpec& spec, const HiddenObject& object) {
     return fitting_workspace(object);
 }
 
+// The tool waits on top of the workspace.
+Point start_above(const Region& workspace) {
+    return workspace.nearest_boundary(workspace.center() + 2 * workspace.radius() * Vector::UnitZ());
+}
+
 }  // namespace
 
 Scene build_scene(const SessionConfig& config) {
@@ -35,14 +40,19 @@ Scene build_scene(const SessionConfig& config) {
     return {std::move(object), std::move(workspace)};
 }
 
-Simulation simulate(const SessionConfig& config, const Scene& scene, const std::function<void(const Progress&)>& on_progress) {
-    // The tool waits on top of the workspace.
-    const Region& workspace = scene.workspace;
-    SimulatedDevice device(scene.object, workspace.nearest_boundary(workspace.center() + 2 * workspace.radius() * Vector::UnitZ()));
+void check_seeds(const SessionConfig& config, const Scene& scene) {
+    SimulatedDevice device(scene.object, start_above(scene.workspace));
+    DeviceOracle oracle(device, config.traits(), DeviceOracle::Positions::exact);
+    check_seeds(oracle, scene.workspace, config.probing);
+}
+
+Simulation simulate(const SessionConfig& config, const Scene& scene, const Observer& watcher) {
+    SimulatedDevice device(scene.object, start_above(scene.workspace));
     DeviceOracle device_oracle(device, config.traits(), DeviceOracle::Positions::exact);
     TimedOracle oracle(device_oracle);
     Observer observer;
-    observer.on_progress = on_progress;
+    observer.on_progress = watcher.on_progress;
+    observer.on_sample = watcher.on_sample;
     Simulation run;
     Seconds checking{0};
     observer.on_inference = [&](const Point& near, const Point& far) {
@@ -50,7 +60,7 @@ Simulation simulate(const SessionConfig& config, const Scene& scene, const std::
         if (scene.object.contains(near) || !scene.object.contains(far)) ++run.wrong_inferences;
     };
     const auto start = std::chrono::steady_clock::now();
-    run.result = probe_surface(oracle, workspace, config.probing, observer);
+    run.result = probe_surface(oracle, scene.workspace, config.probing, observer);
     const Seconds total = std::chrono::steady_clock::now() - start;
     run.oracle_seconds = oracle.spent().count();
     run.planner_seconds = (total - oracle.spent() - checking).count();

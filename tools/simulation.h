@@ -22,6 +22,9 @@ struct Scene {
 // Throws SetupError if there is no object to simulate, or it is not inside the workspace; ObjectError on a bad object.
 [[nodiscard]] Scene build_scene(const SessionConfig& config);
 
+// Lets the planner touch its seeds, by ray casting: would simulate() begin? Throws what check_seeds of the planner throws.
+void check_seeds(const SessionConfig& config, const Scene& scene);
+
 struct Simulation {
     Result result;
     Truth truth;
@@ -34,7 +37,7 @@ struct Simulation {
     double oracle_seconds = 0.0;
 };
 
-// Throws what probe_surface throws. `on_progress` may be empty.
-[[nodiscard]] Simulation simulate(const SessionConfig& config, const Scene& scene, const std::function<void(const Progress&)>& on_progress);
+// Throws what probe_surface throws. Of `watcher`, on_progress and on_sample are called, if they are given.
+[[nodiscard]] Simulation simulate(const SessionConfig& config, const Scene& scene, const Observer& watcher = {});
 
 }  // namespace palpate

@@ -4,6 +4,7 @@
 #include <cmath>
 #include <nlohmann/json.hpp>
 
+#include "devices/version.h"
 #include "planner/machine_time.h"
 
 namespace palpate {
@@ -34,11 +35,22 @@ Json summarise(const Certificate& certificate, const std::vector<BadPlace>& bad_
     return json;
 }
 
+// Nothing where no object was named.
+Json object_of(const Provenance& from) {
+    if (!from.shape.empty()) return {{"shape", from.shape}};
+    if (from.mesh.empty()) return nullptr;
+    return {{"mesh", from.mesh}, {"sha256", from.object_sha256.empty() ? Json(nullptr) : Json(from.object_sha256)}};
+}
+
 // What every run has, whatever answered it.
-Json summarise(const Result& r, double epsilon, double planner_seconds, double oracle_seconds, double machine_estimate) {
+Json summarise(const Result& r, const Provenance& from, double epsilon, double planner_seconds, double oracle_seconds,
+               double machine_estimate) {
     const Cost& a = r.cost;
     return {
         {"schema", 1},
+        {"program", {{"name", "palpate"}, {"version", program_version()}}},
+        {"configuration", {{"digest", from.config_digest}}},
+        {"object", object_of(from)},
         {"samples", r.samples},
         {"facets", r.topology.facets},
         {"components", r.topology.components},
@@ -59,6 +71,7 @@ Json summarise(const Result& r, double epsilon, double planner_seconds, double o
         {"displacement", {{"total", a.displacement()}, {"travel", a.travel}, {"probing", a.probing}}},
         {"lower_bounds",
          {{"samples", static_cast<std::uint64_t>(std::ceil(r.lower_bound_samples))}, {"displacement", r.lower_bound_displacement}}},
+        {"complete", r.certificate.status != Certificate::Status::incomplete},
         {"certificate", summarise(r.certificate, r.bad_places, r.thin_places)},
         {"time", {{"planner", planner_seconds}, {"oracle", oracle_seconds}, {"machine_estimate", machine_estimate}}},
     };
@@ -108,8 +121,8 @@ const char* to_string(Certificate::Status status) {
     return "";
 }
 
-std::string to_json(const Simulation& run, double epsilon) {
-    Json json = summarise(run.result, epsilon, run.planner_seconds, run.oracle_seconds, run.machine_time.count());
+std::string to_json(const Simulation& run, double epsilon, const Provenance& provenance) {
+    Json json = summarise(run.result, provenance, epsilon, run.planner_seconds, run.oracle_seconds, run.machine_time.count());
     json["truth"] = {
         {"hausdorff", number(run.truth.hausdorff)},
         {"mean_distance", number(run.truth.mean_distance)},
@@ -125,9 +138,9 @@ std::string to_json(const Simulation& run, double epsilon) {
     return json.dump(2) + '\n';
 }
 
-std::string to_json(const MachineRun& run, double epsilon) {
+std::string to_json(const MachineRun& run, double epsilon, const Provenance& provenance) {
     const Meter& meter = run.meter;
-    Json json = summarise(run.result, epsilon, run.planner_seconds, run.oracle_seconds, meter.machine_time.count());
+    Json json = summarise(run.result, provenance, epsilon, run.planner_seconds, run.oracle_seconds, meter.machine_time.count());
     const auto moves = [](const MoveCount& count) {
         return Json{{"reached", count.reached}, {"contact", count.contact}, {"failed", count.failed}, {"vanished", count.vanished}};
     };

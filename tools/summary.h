@@ -5,13 +5,14 @@
 
 #include "devices/session/machine_session.h"
 #include "planner/certificate.h"
+#include "tools/provenance.h"
 #include "tools/simulation.h"
 
 namespace palpate {
 
-// JSON with the keys of planner/DESIGN.md, "Session folder", and some more.
-[[nodiscard]] std::string to_json(const Simulation& run, double epsilon);
-[[nodiscard]] std::string to_json(const MachineRun& run, double epsilon);
+// JSON with the keys of planner/DESIGN.md, "Session folder".
+[[nodiscard]] std::string to_json(const Simulation& run, double epsilon, const Provenance& provenance);
+[[nodiscard]] std::string to_json(const MachineRun& run, double epsilon, const Provenance& provenance);
 
 [[nodiscard]] const char* to_string(Certificate::Status status);
 [[nodiscard]] const char* to_string(Premise::State state);

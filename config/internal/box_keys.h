@@ -10,8 +10,8 @@ namespace palpate::yaml {
 
 template <class Archive>
 void describe_corners(Archive& keys, std::string_view meaning_of_min, std::string_view meaning_of_max, Box& box) {
-    keys.value({"min", meaning_of_min, Need::required, kMillimetres}, box.min, Triple{Number{kAnyNumber}});
-    keys.value({"max", meaning_of_max, Need::required, kMillimetres}, box.max, Triple{Number{kAnyNumber}});
+    keys.value({"min", meaning_of_min, Need::required, kMillimetres}, box.min, Triple{Number{kCoordinate}});
+    keys.value({"max", meaning_of_max, Need::required, kMillimetres}, box.max, Triple{Number{kCoordinate}});
 }
 
 // Of a box with an inside.

@@ -3,32 +3,13 @@
 #include <fmt/format.h>
 
 #include <algorithm>
-#include <numeric>
 
 #include "config/internal/kinds.h"
+#include "config/nearest_word.h"
 
 namespace palpate::yaml {
 
 namespace {
-
-// Two slips of the finger are still the same word, if it is long enough.
-constexpr std::size_t kMaxTypos = 2;
-
-// Levenshtein's: how many letters to insert, remove or replace.
-std::size_t edit_distance(std::string_view a, std::string_view b) {
-    std::vector<std::size_t> row(b.size() + 1);
-    std::iota(row.begin(), row.end(), std::size_t{0});
-    for (std::size_t i = 1; i <= a.size(); ++i) {
-        std::size_t diagonal = row[0];
-        row[0] = i;
-        for (std::size_t j = 1; j <= b.size(); ++j) {
-            const std::size_t replaced = diagonal + (a[i - 1] == b[j - 1] ? 0 : 1);
-            diagonal = row[j];
-            row[j] = std::min({replaced, row[j] + 1, row[j - 1] + 1});
-        }
-    }
-    return row[b.size()];
-}
 
 template <class Body>
 void run(const Value& node, const std::string& path, const Body& body) {
@@ -62,7 +43,7 @@ std::optional<std::size_t> KeyReader::word_or_mapping(const Key& key, std::span<
     }
     const std::optional<std::size_t> word = find_word(*node, words);
     if (!word) {
-        refuse(*node, {path_of(key.name), fmt::format("{}, or a mapping", join(words))}, "is not one of the words");
+        refuse_word(*node, words, {path_of(key.name), fmt::format("{}, or a mapping", join(words))});
     }
     return word;
 }
@@ -134,23 +115,13 @@ Location KeyReader::location_of(std::string_view key) const {
 }
 
 void KeyReader::fail_unknown(const Value& child) const {
-    std::string nearest;
-    std::size_t typos = kMaxTypos + 1;
-    std::string allowed;
-    for (const Offer& candidate : offers_) {
-        allowed += (allowed.empty() ? "" : ", ") + candidate.name;
-        const std::size_t distance = edit_distance(child.key.substr(0, 64), candidate.name);
-        if (distance < typos && distance < candidate.name.size()) {
-            typos = distance;
-            nearest = candidate.name;
-        }
-    }
-    const std::string hint = nearest.empty() ? "" : fmt::format("; did you mean \"{}\"?", nearest);
+    std::vector<std::string_view> known;
+    for (const Offer& candidate : offers_) known.push_back(candidate.name);
     // Spelled by the same rules as a value, so that a strange key cannot garble the message.
     Value key;
     key.kind = Value::Kind::scalar;
     key.text = child.key;
-    fail(child.where, path_of(spell(key)), fmt::format("unknown key{}; allowed: {}", hint, allowed));
+    fail(child.where, path_of(spell(key)), fmt::format("unknown key{}; allowed: {}", did_you_mean(child.key, known), join(known)));
 }
 
 }  // namespace palpate::yaml

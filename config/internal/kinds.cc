@@ -6,6 +6,8 @@
 #include <algorithm>
 #include <stdexcept>
 
+#include "config/nearest_word.h"
+
 namespace palpate::yaml {
 
 std::string join(std::span<const std::string_view> words, std::string_view separator) {
@@ -24,6 +26,11 @@ std::optional<std::size_t> find_word(const Value& node, std::span<const std::str
     return static_cast<std::size_t>(found - words.begin());
 }
 
+void refuse_word(const Value& node, std::span<const std::string_view> words, const Spot& spot) {
+    const std::string proposal = node.kind == Value::Kind::scalar ? did_you_mean(node.text, words) : "";
+    refuse(node, spot, fmt::format("is not one of the words{}", proposal));
+}
+
 void require_triple(const Value& node, const Spot& spot) {
     if (node.kind != Value::Kind::list || node.children.size() != 3) {
         const std::string count = node.kind == Value::Kind::list ? fmt::format(" of {}", node.children.size()) : "";
@@ -35,7 +42,7 @@ void require_triple(const Value& node, const Spot& spot) {
 std::size_t Word::index_of(const Value& node, const Spot& spot) const {
     const std::optional<std::size_t> found = find_word(node, words);
     if (!found) {
-        refuse(node, spot, "is not one of the words");
+        refuse_word(node, words, spot);
     }
     return *found;
 }
@@ -82,7 +89,7 @@ void File::read(const Value& node, const Spot& spot, std::filesystem::path& fiel
 }
 
 std::string File::text(const std::filesystem::path& field) {
-    return field.empty() ? "" : Text::text(std::filesystem::absolute(field).string());
+    return field.empty() ? "" : Text::text(field.string());
 }
 
 }  // namespace palpate::yaml

@@ -38,6 +38,8 @@ inline constexpr std::string_view kMappingRange = "a mapping of the keys below i
 [[nodiscard]] std::string length_range(const Length& length);
 // Which of the words `node` is; nothing if it is none.
 [[nodiscard]] std::optional<std::size_t> find_word(const Value& node, std::span<const std::string_view> words);
+// Throws ConfigError that proposes the word which `node` probably means.
+[[noreturn]] void refuse_word(const Value& node, std::span<const std::string_view> words, const Spot& spot);
 // Throws ConfigError if `node` is no list of three.
 void require_triple(const Value& node, const Spot& spot);
 

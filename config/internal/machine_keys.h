@@ -93,7 +93,7 @@ void describe(Archive& keys, Feeds& feeds) {
 template <class Archive>
 void describe(Archive& keys, MultiTouchOptions& touch) {
     keys.value({"samples", "touches whose median counts; 1: the first, looked at again"}, touch.samples, Whole{1, kMaxTouches});
-    keys.value({"tolerance", "they lie together that closely", Need::optional, kMillimetres}, touch.tolerance_mm, Number{kPositive});
+    keys.value({"tolerance", "they lie together that closely", Need::optional, kMillimetres}, touch.tolerance_mm, Number{kLength});
     keys.value({"retries", "further touches in place of those that do not agree"}, touch.retries, Whole{0, kMaxTouches});
     keys.value({"discard_first", "whether the first slow touch does not count: first touches are often off"}, touch.discard_first, kFlag);
     keys.value({"confirm", "whether a single touch is looked at again, so that a false trigger is found out"}, touch.confirm, kFlag);
@@ -108,12 +108,12 @@ void describe_motion(Archive& keys, MotionModel& motion) {
     keys.value({"latency", "from the trigger until the machine slows down", Need::optional, kSeconds}, motion.latency,
                Number{kNotNegative});
     keys.value({"overtravel", "what the probe gives way after its trigger; every feed must stop within it", Need::optional, kMillimetres},
-               motion.overtravel_mm, Number{kPositive});
+               motion.overtravel_mm, Number{kLength});
     keys.value(
         {"retract", "back after a touch, on the way that the tool came; more than the probe's hysteresis", Need::optional, kMillimetres},
-        motion.retract_mm, Number{kPositive});
+        motion.retract_mm, Number{kLength});
     keys.value({"resolution", "last digit of the machine's positions", Need::optional, kMillimetres}, motion.resolution_mm,
-               Number{kPositive});
+               Number{kLength});
 }
 
 template <class Archive>
@@ -125,18 +125,18 @@ void describe(Archive& keys, MachineConfig& machine) {
                 "machine.modbus: require"},
                machine.homing, Word{kHomingWords});
     keys.value({"origin", "machine coordinates of this configuration's origin", Need::optional, kMillimetres}, machine.origin,
-               Triple{Number{kAnyNumber}});
+               Triple{Number{kCoordinate}});
     keys.mapping({"limits", "box that the tool never leaves, in this configuration's coordinates", Need::required}, true,
                  [&](Archive& inner) { describe_box(inner, "lowest corner", "highest corner", machine.limits); });
     describe_motion(keys, machine.motion);
     keys.value({"noise", "touches may be off by that besides: repeatability and lobing of the probe", Need::optional, kMillimetres},
-               machine.noise_mm, Number{kNotNegative});
+               machine.noise_mm, Number{kLengthOrZero});
     mapping(keys, {"touch", "how a touch is measured", Need::optional, "", "the defaults below"}, machine.touch);
     keys.value({"datum_tolerance",
                 "known places that a resumed session touches again may be off by that; null: twice what touches may be wrong by, 2 x "
                 "resolution + noise",
                 Need::optional, kMillimetres},
-               machine.datum_tolerance_mm, OrNull{Number{kPositive}});
+               machine.datum_tolerance_mm, OrNull{Number{kLength}});
     keys.value({"probe_proof",
                 "what shows that the probe works before a session relies on it: it is pressed by hand, or the first touch, until which all "
                 "motion is as slow as a probe; auto: by hand at a terminal, the first touch with --yes"},

@@ -65,10 +65,9 @@ void require_finite(double value) {
 
 std::string Bounds::text() const {
     if (high < std::numeric_limits<double>::infinity()) {
-        return low_included ? fmt::format("from {} to {}", number_text(low), number_text(high))
-                            : fmt::format("greater than {}, at most {}", number_text(low), number_text(high));
+        // For people: 1000000, not 1e+06.
+        return low_included ? fmt::format("from {} to {}", low, high) : fmt::format("greater than {}, at most {}", low, high);
     }
-    if (!(low > -std::numeric_limits<double>::infinity())) return "any number";
     return fmt::format("{} {}", low_included ? "at least" : "greater than", number_text(low));
 }
 

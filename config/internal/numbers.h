@@ -18,9 +18,13 @@ struct Bounds {
     [[nodiscard]] bool contain(double value) const { return (low_included ? value >= low : value > low) && value <= high; }
     [[nodiscard]] std::string text() const;  // "greater than 0"
 };
-constexpr Bounds kAnyNumber{};
 constexpr Bounds kPositive{0.0, std::numeric_limits<double>::infinity(), false};
 constexpr Bounds kNotNegative{0.0};
+// No part is a kilometre large, and the squares and cubes of what is stay far within doubles.
+constexpr double kFarthest_mm = 1e6;
+constexpr Bounds kLength{0.0, kFarthest_mm, false};
+constexpr Bounds kLengthOrZero{0.0, kFarthest_mm};
+constexpr Bounds kCoordinate{-kFarthest_mm, kFarthest_mm};
 
 [[nodiscard]] std::string with_unit(const std::string& range, std::string_view unit);  // "greater than 0 (mm)"
 

@@ -12,42 +12,42 @@ namespace palpate::yaml {
 
 template <class Archive>
 void describe(Archive& keys, SphereSpec& sphere) {
-    keys.value({"radius", "radius", Need::required, kMillimetres}, sphere.radius, Number{kPositive});
+    keys.value({"radius", "radius", Need::required, kMillimetres}, sphere.radius, Number{kLength});
 }
 
 template <class Archive>
 void describe(Archive& keys, EllipsoidSpec& ellipsoid) {
     keys.value({"semi_axes", "half the extent along x, y and z", Need::required, kMillimetres}, ellipsoid.semi_axes,
-               Triple{Number{kPositive}});
+               Triple{Number{kLength}});
 }
 
 template <class Archive>
 void describe(Archive& keys, TorusSpec& torus) {
     keys.value({"major", "radius of the circle around z that the tube's centre runs on", Need::required, kMillimetres}, torus.major,
-               Number{kPositive});
-    keys.value({"minor", "radius of the tube; less than `major`", Need::required, kMillimetres}, torus.minor, Number{kPositive});
+               Number{kLength});
+    keys.value({"minor", "radius of the tube; less than `major`", Need::required, kMillimetres}, torus.minor, Number{kLength});
     keys.require(torus.minor < torus.major, "minor", "is not less than major; allowed: greater than 0, less than major (mm)");
 }
 
 template <class Archive>
 void describe(Archive& keys, CapsuleSpec& capsule) {
     keys.value({"radius", "radius of the caps and of the cylinder between them", Need::required, kMillimetres}, capsule.radius,
-               Number{kPositive});
-    keys.value({"length", "between the centres of the caps, along z", Need::required, kMillimetres}, capsule.length, Number{kNotNegative});
+               Number{kLength});
+    keys.value({"length", "between the centres of the caps, along z", Need::required, kMillimetres}, capsule.length, Number{kLengthOrZero});
 }
 
 template <class Archive>
 void describe(Archive& keys, RoundedBoxSpec& box) {
-    keys.value({"size", "whole extent along x, y and z", Need::required, kMillimetres}, box.size, Triple{Number{kPositive}});
+    keys.value({"size", "whole extent along x, y and z", Need::required, kMillimetres}, box.size, Triple{Number{kLength}});
     keys.value({"fillet", "radius of the edges, 0 for sharp ones; at most half the smallest side", Need::required, kMillimetres},
-               box.fillet, Number{kNotNegative});
+               box.fillet, Number{kLengthOrZero});
     keys.require(2.0 * box.fillet <= box.size.minCoeff(), "fillet",
                  "is more than half the smallest side; allowed: from 0 to half the smallest side (mm)");
 }
 
 template <class Archive>
 void describe(Archive& keys, Genus2Spec& plate) {
-    keys.value({"scale", "factor to the size at 1, which is 2.8 × 1.6 × 0.4 mm", Need::required}, plate.scale, Number{kPositive});
+    keys.value({"scale", "factor to the size at 1, which is 2.8 × 1.6 × 0.4 mm", Need::required}, plate.scale, Number{kLength});
 }
 
 // A union.
@@ -60,7 +60,7 @@ void describe(Archive& keys, std::vector<ShapeSpec>& parts) {
 // Where a shape or a mesh is put.
 template <class Archive, class Spec>
 void describe_place(Archive& keys, std::string_view meaning_of_at, std::string_view meaning_of_rotate, Spec& spec) {
-    keys.value({"at", meaning_of_at, Need::optional, kMillimetres}, spec.at, Triple{Number{kAnyNumber}});
+    keys.value({"at", meaning_of_at, Need::optional, kMillimetres}, spec.at, Triple{Number{kCoordinate}});
     keys.value({"rotate", meaning_of_rotate, Need::optional, kDegrees}, spec.rotate, Triple{Angle{}});
 }
 

@@ -18,12 +18,12 @@ inline constexpr std::array<std::string_view, 1> kWorkspaceWords{"auto"};
 inline constexpr Bounds kFloorBounds{0.0, 1.0, false};
 inline constexpr Bounds kShareBounds{0.0, 1.0, true};
 inline constexpr Bounds kMinAngleBounds{0.0, 30.0, true};  // above, refinement need not end (thesis 5.3)
-inline constexpr OrNull kLengthOrNull{Number{kPositive}};
+inline constexpr OrNull kLengthOrNull{Number{kLength}};
 
 template <class Archive>
 void describe(Archive& keys, Ball& ball) {
-    keys.value({"center", "centre of the ball", Need::required, kMillimetres}, ball.center, Triple{Number{kAnyNumber}});
-    keys.value({"radius", "radius of the ball", Need::required, kMillimetres}, ball.radius, Number{kPositive});
+    keys.value({"center", "centre of the ball", Need::required, kMillimetres}, ball.center, Triple{Number{kCoordinate}});
+    keys.value({"radius", "radius of the ball", Need::required, kMillimetres}, ball.radius, Number{kLength});
 }
 
 template <class Archive>
@@ -55,15 +55,16 @@ void describe(Archive& keys, Strategy& strategy) {
 
 template <class Archive>
 void describe(Archive& keys, Segment& ray) {
-    keys.value({"from", "where the ray starts", Need::required, kMillimetres}, ray.source, Triple{Number{kAnyNumber}});
-    keys.value({"to", "where it aims and ends; differs from `from`", Need::required, kMillimetres}, ray.target, Triple{Number{kAnyNumber}});
+    keys.value({"from", "where the ray starts", Need::required, kMillimetres}, ray.source, Triple{Number{kCoordinate}});
+    keys.value({"to", "where it aims and ends; differs from `from`", Need::required, kMillimetres}, ray.target,
+               Triple{Number{kCoordinate}});
     keys.require(ray.source != ray.target, "to", "is the same point as from; allowed: another point (mm)");
 }
 
 template <class Archive>
 void describe(Archive& keys, RegionOfInterest& region) {
     describe_corners(keys, "lowest corner of a box", "its highest corner; a point if it is the same", region.box);
-    keys.value({"size", "upper bound on ball radii in the box", Need::required, kMillimetres}, region.size, Number{kPositive});
+    keys.value({"size", "upper bound on ball radii in the box", Need::required, kMillimetres}, region.size, Number{kLength});
     keys.value({"slope", "by how much that grows with the distance from the box, up to epsilon"}, region.slope, Number{kShareBounds});
     keys.require((region.box.min.array() <= region.box.max.array()).all(), "max",
                  "lies below min; allowed: no coordinate below that of min (mm)");
@@ -81,7 +82,8 @@ void describe(Archive& keys, Sizing& sizing) {
 template <class Archive>
 void describe(Archive& keys, Budget& budget) {
     keys.value({"probes", "the run ends after so many, incomplete; null: any"}, budget.probes, OrNull{Whole{}});
-    keys.value({"displacement", "the same for the way of the probe", Need::optional, kMillimetres}, budget.displacement, kLengthOrNull);
+    keys.value({"displacement", "the same for the way of the probe", Need::optional, kMillimetres}, budget.displacement,
+               OrNull{Number{kPositive}});
     keys.value({"machine_time", "the same for the machine's time, reckoned with machine.feeds", Need::optional, kSeconds},
                budget.machine_time, OrNull{Number{kPositive}});
 }
@@ -89,7 +91,7 @@ void describe(Archive& keys, Budget& budget) {
 template <class Archive>
 void describe(Archive& keys, Options& options) {
     keys.value({"epsilon", "upper bound on the radius of every surface Delaunay ball of the result", Need::required, kMillimetres},
-               options.epsilon, Number{kPositive});
+               options.epsilon, Number{kLength});
     keys.value({"reach", "lower bound on the reach of the surface that you vouch for; null: none given", Need::optional, kMillimetres},
                options.reach, kLengthOrNull);
     const auto named = keys.word_or_mapping(

@@ -158,6 +158,9 @@ private:
     }
 
     void add_key(Frame& frame, Value key) const {
+        if (key.text == "<<" && !key.quoted) {
+            fail(key.where, path(), "merge keys (<<) are not supported; allowed: the keys themselves");
+        }
         if (key.kind != Value::Kind::scalar) {
             fail(key.where, path(), fmt::format("{} is not a key; allowed: a word before the colon", spell(key)));
         }
@@ -178,6 +181,16 @@ private:
     std::vector<Frame> stack_;
     std::optional<Value> root_;
 };
+
+// Whether the line, counted from 0, has a tab among the blanks that it begins with.
+bool is_indented_by_tab(const std::string& text, int line) {
+    std::istringstream lines(text);
+    std::string found;
+    for (int k = 0; k <= line && std::getline(lines, found); ++k) {
+        if (k == line) return found.substr(0, found.find_first_not_of(" \t")).find('\t') != std::string::npos;
+    }
+    return false;
+}
 
 // "a.b.c" in its parts; empty when one of them is.
 std::vector<std::string> split_key(const std::string& key) {
@@ -247,6 +260,10 @@ Value parse(const std::string& text, const Location& where, const std::string& p
     } catch (const YAML::Exception& error) {
         Location place = where;
         place.line = where.line > 0 && error.mark.line >= 0 ? where.line + error.mark.line : 0;
+        // YAML forbids it, and what yaml-cpp says of it depends on what follows.
+        if (place.line > 0 && is_indented_by_tab(text, error.mark.line)) {
+            fail(place, path, "a tab in the indentation; allowed: blanks");
+        }
         fail(place, path, fmt::format("is not valid YAML: {}", error.msg));
     } catch (const std::exception& error) {
         // yaml-cpp lets a few of the standard library's through on malformed text.

@@ -7,14 +7,15 @@
 //   any --silence, end of file, unexpected banner, error in a move--> lost      alarm, lost: nothing moves; a new connection starts over
 #pragma once
 
+#include <chrono>
 #include <functional>
 #include <map>
 #include <optional>
-#include <stop_token>
 #include <string>
 #include <vector>
 
 #include "devices/grbl/grbl_link.h"
+#include "devices/stop_request.h"
 
 namespace palpate::grbl {
 
@@ -36,6 +37,10 @@ inline constexpr int kMaxRate = 110;       // mm/min
 inline constexpr int kAcceleration = 120;  // mm/s²
 inline constexpr int kMaxTravel = 130;     // mm
 }  // namespace setting
+
+// A board that opening its port has reset is deaf while its boot loader waits. What has been silent for half of that is sent a reset, twice
+// at most; what is silent for all of it is no controller.
+inline constexpr std::chrono::seconds kBootTime{8};
 
 // What the machine says of itself.
 struct Identity {
@@ -69,10 +74,10 @@ public:
 
     // Waits for the controller to answer, for a motion that an earlier host began to end, and reads all it says of itself. Moves nothing.
     // Throws Stopped once `stop` is requested; what moves is stopped.
-    void connect(const std::stop_token& stop);
+    void connect(const StopToken& stop);
     // $H, as long as that takes. REQUIRES: locked or idle.
     // Throws Stopped if `stop` is requested before, PositionLost once it is requested while it moves: homing cannot be held.
-    void home(const std::stop_token& stop);
+    void home(const StopToken& stop);
     // $X. REQUIRES: locked.
     void unlock();
     // Feed hold, standstill, reset, banner: the way to stop that keeps the position. Does nothing if nothing moves.
@@ -122,10 +127,10 @@ private:
     // an older command's.
     std::vector<Message> ask(const std::string& line, const std::function<bool(const Message&)>& is_answer,
                              std::chrono::milliseconds timeout);
-    [[nodiscard]] bool wait_for_first_status(const std::stop_token& stop);
+    [[nodiscard]] bool wait_for_first_status(const StopToken& stop);
     void read_identity();
     void clear_motion_mode();
-    [[nodiscard]] Place wait_for_standstill(std::chrono::nanoseconds longest, const std::stop_token& stop = {});
+    [[nodiscard]] Place wait_for_standstill(std::chrono::nanoseconds longest, const StopToken& stop = {});
     void reset();
     // Ctrl-X until the banner comes; false if none does.
     [[nodiscard]] bool reset_until_banner(std::chrono::nanoseconds until);

@@ -65,7 +65,7 @@ std::string probe_line(const std::string& word, const Point& work, double feed_m
 
 }  // namespace
 
-GrblDevice::GrblDevice(ByteStream& stream, Clock& clock, const GrblOptions& options, std::stop_token stop)
+GrblDevice::GrblDevice(ByteStream& stream, Clock& clock, const GrblOptions& options, StopToken stop)
     : controller_(stream, clock), options_(options), stop_(std::move(stop)) {
     require_stopping(options_.motion);
     controller_.connect(stop_);
@@ -210,7 +210,7 @@ Point GrblDevice::rounded(const Point& machine) const {
 // --- moving ----------------------------------------------------------------------------------------------------------
 
 MoveResult GrblDevice::guarded_move(const Point& target, Pace pace) {
-    if (stop_.stop_requested()) throw Stopped(fmt::format("stopped before a move; the tool rests at {}", point_text(position())));
+    if (stop_.halt_requested()) throw Stopped(fmt::format("stopped before a move; the tool rests at {}", point_text(position())));
     if (controller_.state() != grbl::State::idle) {
         throw PositionLost(fmt::format("the machine on {} is {} since its last fault: nothing moves before a new connection",
                                        controller_.link().name(), to_string(controller_.state())));
@@ -264,10 +264,13 @@ std::optional<GrblDevice::ProbeEnd> GrblDevice::wait_for_end(const Way& way, std
     const auto interval = on_stop == OnStop::go_back ? kPollInterval : kPollIntervalOnSurface;
     auto poll = now() + interval;
     auto heard = now();
+    std::optional<std::chrono::nanoseconds> unanswered_since;
     std::optional<std::chrono::nanoseconds> stands_since;
     std::optional<ProbeReport> report;
     while (true) {
-        if (stop_.stop_requested() && on_stop != OnStop::finish) stop_and_throw(way, on_stop);
+        // A pause waits for what only has to be finished.
+        const bool halts = on_stop == OnStop::go_back ? stop_.halt_requested() : stop_.stop_requested();
+        if (halts && on_stop != OnStop::finish) stop_and_throw(way, on_stop);
         if (on_stop == OnStop::finish) {
             slow_down_disturbed();
         } else if (!disturbance().empty()) {
@@ -278,8 +281,9 @@ std::optional<GrblDevice::ProbeEnd> GrblDevice::wait_for_end(const Way& way, std
         if (feed_override < kFullFeed) until = std::max(until, begun + longest * kFullFeed / feed_override);
         const auto message = controller_.next(poll);
         if (!message) {
-            if (now() - heard > kSilence) controller_.fail_silent("the end of a probing move");
-            if (now() > until) {
+            if (unanswered_since && now() - *unanswered_since > kSilence) controller_.fail_silent("the end of a probing move");
+            // What it says now counts, not that this process may have been stopped for long.
+            if (now() > until && heard > until) {
                 controller_.stop();
                 controller_.give_up();
                 throw DeviceTimeout(
@@ -288,10 +292,12 @@ std::optional<GrblDevice::ProbeEnd> GrblDevice::wait_for_end(const Way& way, std
                                 controller_.link().name(), controller_.link().history()));
             }
             controller_.link().send_realtime(grbl::kAskStatus);
+            if (!unanswered_since) unanswered_since = now();
             poll = now() + interval;
             continue;
         }
         heard = now();
+        unanswered_since.reset();
         if (const auto* error = std::get_if<grbl::Error>(&*message)) controller_.fail(*error);
         if (const auto* seen = std::get_if<ProbeReport>(&*message)) {
             report = ProbeReport{controller_.unit_mm() * seen->position, seen->contact};

@@ -1,13 +1,13 @@
 // The ProbeDevice on a GRBL-family controller: guarded moves by G38.3, nothing else ever moves but homing.
 #pragma once
 
-#include <stop_token>
 #include <string>
 
 #include "devices/grbl/grbl_controller.h"
 #include "devices/homing.h"
 #include "devices/motion_model.h"
 #include "devices/probe_device.h"
+#include "devices/stop_request.h"
 
 namespace palpate {
 
@@ -26,7 +26,7 @@ class GrblDevice final : public ProbeDevice {
 public:
     // Connects (Controller::connect) and moves nothing. `stream` and `clock` must outlive the device. Once `stop` is requested, a move
     // that is under way is ended, the tool goes back to where that move began, and Stopped is thrown.
-    GrblDevice(ByteStream& stream, Clock& clock, const GrblOptions& options, std::stop_token stop = {});
+    GrblDevice(ByteStream& stream, Clock& clock, const GrblOptions& options, StopToken stop = {});
 
     // Makes the machine fit to move, as `homing` says: this may home it. Throws DeviceError before anything moves if spindle, laser or
     // coolant run or a feed override above 100 % stays, DeviceAlarm if the machine is locked and may not be homed, and ProbeClosed if the
@@ -114,7 +114,7 @@ private:
 
     grbl::Controller controller_;
     const GrblOptions options_;
-    const std::stop_token stop_;
+    const StopToken stop_;
     Point position_ = Point::Zero();  // mm, machine coordinates
     std::string disturbed_;           // what was seen that ends the session
     bool is_quiet_ = false;           // require_quiet() has been

@@ -37,15 +37,18 @@ void Link::send_realtime(char byte) {
 }
 
 std::optional<Message> Link::receive(std::chrono::nanoseconds until) {
-    while (clock_.now() <= until + kFlood) {
+    const auto give_up_at = std::max(until, clock_.now()) + kFlood;
+    while (true) {
         if (const auto line = buffer_.next()) {
             remember('<', *line);
             return parse(*line, decimals_);
         }
-        const auto left = until - clock_.now();
-        const std::string bytes = stream_.read(rounded_up(left));
+        // Also when it is late: what waits was said in time, while this process was stopped perhaps.
+        const auto now = clock_.now();
+        const std::string bytes = stream_.read(rounded_up(until - now));
         buffer_.append(bytes);
-        if (bytes.empty() && left.count() <= 0) return std::nullopt;
+        if (bytes.empty() && now >= until) return std::nullopt;
+        if (!bytes.empty() && now > give_up_at) break;
     }
     return std::nullopt;
 }

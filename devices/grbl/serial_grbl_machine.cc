@@ -6,7 +6,7 @@
 
 namespace palpate {
 
-SerialGrblMachine::SerialGrblMachine(const SerialPortOptions& port, const GrblOptions& options, std::stop_token stop)
+SerialGrblMachine::SerialGrblMachine(const SerialPortOptions& port, const GrblOptions& options, StopToken stop)
     : port_(port), device_(port_, clock_, options, std::move(stop)) {}
 
 MachineReport SerialGrblMachine::report() { return report_on(device_); }

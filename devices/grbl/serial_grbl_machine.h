@@ -1,19 +1,18 @@
 // A machine with a GRBL-family controller on a serial port.
 #pragma once
 
-#include <stop_token>
-
 #include "devices/clock.h"
 #include "devices/grbl/grbl_device.h"
 #include "devices/machine.h"
 #include "devices/posix/serial_port.h"
+#include "devices/stop_request.h"
 
 namespace palpate {
 
 class SerialGrblMachine final : public Machine {
 public:
     // Throws as SerialPort and GrblDevice do.
-    SerialGrblMachine(const SerialPortOptions& port, const GrblOptions& options, std::stop_token stop = {});
+    SerialGrblMachine(const SerialPortOptions& port, const GrblOptions& options, StopToken stop = {});
 
     [[nodiscard]] ProbeDevice& device() override { return device_; }
     [[nodiscard]] MachineReport report() override;

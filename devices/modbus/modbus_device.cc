@@ -74,7 +74,7 @@ std::string ModbusReport::timing_problem() const {
         look_requests == 1 ? "" : "let the controller know FC23 and set read_write: true in the profile, which halves it; ");
 }
 
-ModbusDevice::ModbusDevice(ModbusDeviceOptions options, Clock& clock, std::stop_token stop)
+ModbusDevice::ModbusDevice(ModbusDeviceOptions options, Clock& clock, StopToken stop)
     : options_(std::move(options)), stop_(std::move(stop)) {
     require_stopping(options_.motion);
     client_ = std::make_unique<ModbusClient>(options_.link, options_.profile, clock);
@@ -107,8 +107,13 @@ void ModbusDevice::inspect() {
     }
 }
 
+struct ModbusDevice::Ready {
+    ModbusStatus status;
+    bool is_reconnected = false;
+};
+
 ModbusReport ModbusDevice::report() {
-    const ModbusStatus status = client_->status();
+    const ModbusStatus status = state_ == State::idle ? resting_status().status : client_->status();
     seen_ = status.actual;
     for (; timed_looks_ < kTimedLooks; ++timed_looks_) slowest_look_ = std::max(slowest_look_, client_->look());
     return {.link = where(),
@@ -157,10 +162,15 @@ void ModbusDevice::check_ready(const ModbusStatus& status) {
     }
 }
 
-struct ModbusDevice::Ready {
-    ModbusStatus status;
-    bool is_reconnected = false;
-};
+// Nothing moves, and a controller may close what nobody used for long.
+ModbusDevice::Ready ModbusDevice::resting_status() {
+    try {
+        return {client_->status(), false};
+    } catch (const ConnectionLost&) {
+        client_->link().reconnect(stop_);
+        return {client_->status(), true};
+    }
+}
 
 // The status just before a move. A connection that was lost while nothing moved is made again: position and homing tell whether the
 // machine is still where it was left.
@@ -170,13 +180,7 @@ ModbusDevice::Ready ModbusDevice::ready() {
         if (state_ == State::lost) throw ConnectionLost(what);
         throw DeviceError(what);
     }
-    Ready ready;
-    try {
-        ready.status = client_->status();
-    } catch (const ConnectionLost&) {
-        client_->link().reconnect(stop_);
-        ready = {client_->status(), true};
-    }
+    const Ready ready = resting_status();
     const ModbusStatus& status = ready.status;
     check_ready(status);
     if (state_ == State::locked) throw DeviceError(fmt::format("{} was locked and is free now; recover before it moves", where()));
@@ -245,7 +249,7 @@ MoveResult ModbusDevice::move(const Point& target, Pace pace) {
     const Point start = position_ + options_.origin;
     const Point goal = target + options_.origin;
     check_target(goal);
-    if (stop_.stop_requested()) throw Stopped(fmt::format("stopped before the move to {}; nothing moved", point_text(target)));
+    if (stop_.halt_requested()) throw Stopped(fmt::format("stopped before the move to {}; nothing moved", point_text(target)));
     if (on_grid(start, goal, options_.motion.resolution_mm) && state_ == State::idle) {
         position_ = target;
         return {MoveResult::Outcome::reached, target};

@@ -2,7 +2,6 @@
 #pragma once
 
 #include <memory>
-#include <stop_token>
 #include <string>
 #include <string_view>
 #include <vector>
@@ -13,6 +12,7 @@
 #include "devices/modbus/modbus_profile.h"
 #include "devices/motion_model.h"
 #include "devices/probe_device.h"
+#include "devices/stop_request.h"
 #include "planner/region.h"
 
 namespace palpate {
@@ -73,7 +73,7 @@ public:
     // `clock` must outlive the device.
     // Throws ConnectionLost; DeviceError if another process has the machine, it is another controller than the profile is for, or if a
     // stopping distance exceeds the overtravel; std::invalid_argument on a false profile.
-    ModbusDevice(ModbusDeviceOptions options, Clock& clock, std::stop_token stop = {});
+    ModbusDevice(ModbusDeviceOptions options, Clock& clock, StopToken stop = {});
     ~ModbusDevice() override;
     ModbusDevice(const ModbusDevice&) = delete;
     ModbusDevice& operator=(const ModbusDevice&) = delete;
@@ -104,6 +104,7 @@ public:
 
 private:
     struct Ready;
+    [[nodiscard]] Ready resting_status();
     [[nodiscard]] Ready ready();
     [[nodiscard]] MoveResult move(const Point& target, Pace pace);
     [[nodiscard]] MoveResult finish(const MotionEnd& end, const Way& way);
@@ -124,7 +125,7 @@ private:
     [[nodiscard]] std::string where() const;
 
     ModbusDeviceOptions options_;
-    std::stop_token stop_;
+    StopToken stop_;
     State state_ = State::connecting;
     std::unique_ptr<ModbusClient> client_;
     std::unique_ptr<ModbusMotion> motion_;

@@ -125,7 +125,7 @@ void ModbusLink::connect() {
                                      modbus_strerror(error)));
 }
 
-void ModbusLink::reconnect(const std::stop_token& stop) {
+void ModbusLink::reconnect(const StopToken& stop) {
     connection_.reset();
     const auto give_up_at = clock_.now() + nanoseconds(options_.reconnect_time);
     for (int attempt = 1;; ++attempt) {

@@ -9,12 +9,12 @@
 #include <cstdint>
 #include <memory>
 #include <span>
-#include <stop_token>
 #include <string>
 #include <variant>
 #include <vector>
 
 #include "devices/clock.h"
+#include "devices/stop_request.h"
 #include "planner/machine_time.h"
 
 namespace palpate {
@@ -65,7 +65,7 @@ public:
                                                             int registers);
 
     // Ends the connection, and tries again for as long as the options say, or until it is to stop. Throws ConnectionLost.
-    void reconnect(const std::stop_token& stop = {});
+    void reconnect(const StopToken& stop = {});
 
     [[nodiscard]] bool is_connected() const { return connection_ != nullptr; }
     [[nodiscard]] std::string name() const;           // "unit 1 at 192.168.0.7:502"

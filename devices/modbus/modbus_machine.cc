@@ -32,13 +32,14 @@ MachineReport to_report(const ModbusReport& said, const Point& origin) {
 
 }  // namespace
 
-ModbusMachine::ModbusMachine(const ModbusDeviceOptions& options, std::stop_token stop)
+ModbusMachine::ModbusMachine(const ModbusDeviceOptions& options, StopToken stop)
     : origin_(options.origin), device_(options, clock_, std::move(stop)) {}
 
 MachineReport ModbusMachine::report() { return to_report(device_.report(), origin_); }
 
 void ModbusMachine::make_ready() {
-    if (device_.state() != ModbusDevice::State::idle) device_.recover();
+    // A controller that stopped because its host fell silent, between two moves perhaps, is told of it by nobody else.
+    if (device_.state() != ModbusDevice::State::idle || device_.report().fault_code == cia402::kHeartbeatFault) device_.recover();
 }
 
 // A controller that stopped because its host fell silent knows where it is.

@@ -1,18 +1,17 @@
 // A machine whose controller speaks Modbus.
 #pragma once
 
-#include <stop_token>
-
 #include "devices/clock.h"
 #include "devices/machine.h"
 #include "devices/modbus/modbus_device.h"
+#include "devices/stop_request.h"
 
 namespace palpate {
 
 class ModbusMachine final : public Machine {
 public:
     // Throws as ModbusDevice does.
-    explicit ModbusMachine(const ModbusDeviceOptions& options, std::stop_token stop = {});
+    explicit ModbusMachine(const ModbusDeviceOptions& options, StopToken stop = {});
 
     [[nodiscard]] ProbeDevice& device() override { return device_; }
     [[nodiscard]] MachineReport report() override;

@@ -1,6 +1,7 @@
 // The machine as a session moves it: limits before every command, touches looked at again. What is above may be a journal.
 #pragma once
 
+#include <functional>
 #include <memory>
 #include <utility>
 
@@ -8,15 +9,18 @@
 #include "devices/decorators/multi_touch_device.h"
 #include "devices/machine.h"
 #include "devices/session/machine_settings.h"
+#include "devices/session/pausing_device.h"
 
 namespace palpate {
 
 class GuardedMachine {
 public:
-    // REQUIRES: a machine. Throws std::invalid_argument on settings out of range.
-    GuardedMachine(std::unique_ptr<Machine> machine, const MachineSettings& settings)
+    // `pause` waits for the end of a pause that `stop` asks for; empty: nobody asks for one. REQUIRES: a machine. Throws
+    // std::invalid_argument on settings out of range.
+    GuardedMachine(std::unique_ptr<Machine> machine, const MachineSettings& settings, StopToken stop = {}, std::function<void()> pause = {})
         : machine_(std::move(machine)),
-          limited_(machine_->device(), settings.limits, settings.motion.resolution_mm),
+          pausing_(*machine_, std::move(stop), std::move(pause)),
+          limited_(pausing_, settings.limits, settings.motion.resolution_mm),
           touching_(limited_, settings.touch, settings.motion.retract_mm) {}
 
     [[nodiscard]] Machine& machine() { return *machine_; }
@@ -24,6 +28,7 @@ public:
 
 private:
     std::unique_ptr<Machine> machine_;
+    PausingDevice pausing_;
     LimitedDevice limited_;
     MultiTouchDevice touching_;
 };

@@ -1,16 +1,20 @@
 // journal.jsonl: what a session's device answered, in order, each line durable before the planner acts on it.
 //
 //   Every line is a JSON object; "n" counts lines from 0, and "crc" is the CRC-32 of all of the line before it, in 8 hexadecimal digits.
-//   {"n":0,"palpate":"journal","schema":2,"config":"<CRC-32 of config.yaml>","start":[x,y,z],"machine":"Grbl 1.1h on /dev/ttyUSB0",…}
+//   {"n":0,"palpate":"journal","schema":2,"version":"0.1.0","config":"<CRC-32 of config.yaml>","start":[x,y,z],
+//    "machine":"Grbl 1.1h on /dev/ttyUSB0","object":"<SHA-256 of its mesh file>",…}    one line. "version", of the program that began the
+//                                                          journal, and "object" may be missing
 //   {"n":1,"move":[x,y,z],"pace":"probe","outcome":"contact","at":[x,y,z],"rest":[x,y,z],"events":[{"kind":"spurious_trigger","at":[x,y,z]}],…}
 //   {"n":2,"resumed":{"contacts":[1],"offsets":[0.001],"directions":1},…}   taken up again; the contact of line 1 was touched 0.001 mm off
 //                                                          its place, and shifts in one direction would have shown
 //   {"n":3,"withdrawn":1,…}                                lines 1 to 2 do not count: a touch on travel that the session halted at, or what
 //                                                          came after the last contact of a session that was interrupted
-//   {"n":4,"end":{"planner":0.8,"oracle":120.5},…}         seconds; nothing follows
+//   {"n":4,"end":{"planner":0.8,"oracle":120.5},…}         seconds; nothing follows but
+//   {"n":5,"raised":{"config":"<CRC-32 of config.yaml>"},…}   the budget is a larger one now: the session goes on
 // Positions are mm, in as many digits as read back to the same bits; "rest" is where the tool rests after the move.
 //
-// A last line that was not written to its end is dropped. All other damage is an error, with its line.
+// A last line that was not written to its end is dropped. All other damage is an error, with its line. When "schema" rises:
+// config/README.md.
 #pragma once
 
 #include <cstdint>
@@ -30,7 +34,7 @@ public:
     using DeviceError::DeviceError;
 };
 
-// What is in the file is not what was written to it. The message begins with file:line.
+// What is in the file is not what was written to it, or another version of Palpate wrote it. The message begins with file:line.
 class JournalDamaged : public std::runtime_error {
 public:
     using std::runtime_error::runtime_error;
@@ -40,6 +44,8 @@ struct JournalHeader {
     std::string config;           // digest(): of the configuration that the session runs on
     Point start = Point::Zero();  // mm: where the tool was
     std::string machine;
+    std::string version{};        // of the program; empty: not known
+    std::string object_sha256{};  // of the file that describes the object; empty: there is none
 
     friend bool operator==(const JournalHeader&, const JournalHeader&) = default;
 };
@@ -77,10 +83,14 @@ struct Journal {
     std::vector<JournalMove> moves{};  // those that count
     std::vector<JournalResumption> resumptions{};
     std::optional<JournalEnd> end{};
-    std::uint64_t lines = 0;          // whole ones
-    std::uint64_t bytes = 0;          // of them
-    std::uint64_t dropped_bytes = 0;  // of a last line that is torn
+    std::vector<std::string> raised{};  // digest(): of the configurations with a larger budget that it went on with
+    bool is_raised_last = false;        // nothing was done since
+    std::uint64_t lines = 0;            // whole ones
+    std::uint64_t bytes = 0;            // of them
+    std::uint64_t dropped_bytes = 0;    // of a last line that is torn
 
+    // Whether it goes on with a configuration of that digest().
+    [[nodiscard]] bool fits(const std::string& config_digest) const;
     // Where the tool rests after all of it.
     [[nodiscard]] const Point& last_rest() const { return moves.empty() ? header.start : moves.back().rest; }
     // The last probe, of the first `count` moves, that found a place free (within `tolerance`, mm) which was touched then: it missed S.
@@ -99,6 +109,19 @@ struct Journal {
 [[nodiscard]] Journal read_journal(const std::filesystem::path& file);
 [[nodiscard]] Journal parse_journal(const std::string& text, const std::string& name);
 
+// What was cut off a damaged journal.
+struct JournalCut {
+    std::filesystem::path kept;         // the damaged one, as it was
+    std::string damage;                 // the first, with its line
+    std::uint64_t lines = 0;            // those that are left
+    std::uint64_t lost = 0;             // those that are not, the damaged one included
+    std::vector<std::string> raised{};  // digest(): of configurations with a larger budget that whole lines of those tell of
+};
+
+// Leaves of a damaged journal what is before the first damage, and keeps the whole beside it. Nothing, if it is not damaged. Throws
+// JournalDamaged if its first line is, and JournalError if that cannot be written.
+[[nodiscard]] std::optional<JournalCut> salvage_journal(const std::filesystem::path& file);
+
 // Appends; every call returns when the line is on the disk. One process at a time.
 class JournalWriter {
 public:
@@ -116,17 +139,19 @@ public:
     // Reads the file and goes on after its whole lines: a torn one is cut off.
     [[nodiscard]] Journal read();
 
-    // Each throws JournalError if the line cannot be made durable (the disk is full, say); the file then ends with the line before, and
-    // nothing more is written. An answer with a number that is not finite throws BadAnswer, and nothing is written. Returns the number of
-    // the line.
+    // Each throws JournalError if the line cannot be made durable (the disk is full, say, or the file is not there any more); the file then
+    // ends with the line before, and nothing more is written. An answer with a number that is not finite throws BadAnswer, and nothing is
+    // written. Returns the number of the line.
     std::uint64_t append(const JournalMove& move);
     void append(const JournalResumption& resumption);
     void append_withdrawn(std::uint64_t first_line);
     void append(const JournalEnd& end);
+    void append_raised(const std::string& config_digest);
 
 private:
     JournalWriter(const std::filesystem::path& file, int more_flags);
     void append_line(std::string line);
+    void require_in_place();
     [[noreturn]] void fail(const std::string& what, int error) const;
 
     std::filesystem::path path_;

@@ -1,12 +1,16 @@
 // Reading journal.jsonl; writing is journal_writer.cc.
+#include <fcntl.h>
 #include <fmt/format.h>
+#include <unistd.h>
 
 #include <algorithm>
+#include <filesystem>
 #include <fstream>
 #include <nlohmann/json.hpp>
 
 #include "devices/session/internal/journal_words.h"
 #include "devices/session/journal.h"
+#include "devices/version.h"
 
 namespace palpate {
 namespace {
@@ -14,7 +18,8 @@ namespace {
 using Json = nlohmann::json;
 
 constexpr std::string_view kAdvice =
-    "; the file was changed after it was written: put back a copy of the session folder, take away what was added, or begin a new session";
+    "; the file was changed after it was written: put back a copy of the session folder, take away what was added, or go on from what is "
+    "before that (palpate resume DIR --salvage)";
 
 // One line, whose keys are taken one after the other; what is left over is an error.
 class Line {
@@ -34,6 +39,10 @@ public:
     }
 
     [[noreturn]] void fail(const std::string& what) const { throw JournalDamaged(fmt::format("{}: {}{}", where_, what, kAdvice)); }
+    // The line is as it was written, by another version.
+    [[noreturn]] void refuse(const std::string& what) const {
+        throw JournalDamaged(fmt::format("{}: {}: go on with that version, or begin a new session", where_, what));
+    }
     [[nodiscard]] bool has(const char* key) const { return json_.contains(key); }
     Json take(const char* key) {
         const auto found = json_.find(key);
@@ -48,6 +57,8 @@ public:
         if (!value.is_string()) fail(fmt::format("\"{}\" is no text", key));
         return value.get<std::string>();
     }
+    // Empty if it is missing.
+    std::string take_text_if_any(const char* key) { return has(key) ? take_text(key) : ""; }
     std::uint64_t take_line(const char* key) {
         const Json value = take(key);
         if (!value.is_number_unsigned()) fail(fmt::format("\"{}\" is no line number", key));
@@ -74,8 +85,12 @@ public:
         }
         fail(fmt::format("{} is no word that is known here", json.dump()));
     }
-    void finish() const {
-        if (!json_.empty()) fail(fmt::format("\"{}\" is unknown", json_.begin().key()));
+    // `writer`: the version of the program that began the journal. Others may have added keys without another schema.
+    void finish(const std::string& writer) const {
+        if (json_.empty()) return;
+        const std::string& key = json_.begin().key();
+        if (writer.empty() || writer == program_version()) fail(fmt::format("\"{}\" is unknown", key));
+        refuse(fmt::format("\"{}\" is unknown to this Palpate, version {}; version {} wrote the journal", key, program_version(), writer));
     }
 
 private:
@@ -83,15 +98,28 @@ private:
     Json json_;
 };
 
+// Nothing is taken for granted about a line of another schema.
+void check_schema(Line& line) {
+    const Json schema = line.take("schema");
+    if (!schema.is_number_unsigned()) line.fail("\"schema\" is no number");
+    const auto number = schema.get<std::uint64_t>();
+    if (number == kJournalSchema) return;
+    const Json version = line.has("version") ? line.take("version") : Json();
+    line.refuse(fmt::format("was written by {} Palpate{}, with schema {}; this one, version {}, knows schema {}",
+                            number > kJournalSchema ? "a newer" : "an earlier",
+                            version.is_string() ? fmt::format(", version {}", version.get<std::string>()) : "", number, program_version(),
+                            kJournalSchema));
+}
+
 JournalHeader read_header(Line& line) {
-    if (!line.has("palpate")) line.fail("is no header of a journal");
-    if (line.take("palpate") != Json("journal") || line.take("schema") != Json(2)) {
-        line.fail("is a journal of another version of Palpate, which alone can take it up: begin a new session, or use that version");
-    }
+    if (!line.has("palpate") || line.take("palpate") != Json("journal")) line.fail("is no header of a journal");
+    check_schema(line);
     JournalHeader header;
+    header.version = line.take_text_if_any("version");
     header.config = line.take_text("config");
     header.start = line.take_place("start");
     header.machine = line.take_text("machine");
+    header.object_sha256 = line.take_text_if_any("object");
     return header;
 }
 
@@ -136,6 +164,16 @@ JournalResumption read_resumption(Line& line) {
 }
 
 void read_line(Line& line, std::uint64_t number, Journal& journal) {
+    journal.is_raised_last = false;
+    if (line.has("raised")) {
+        Json raised = line.take("raised");
+        if (!raised.is_object() || raised.size() != 1 || !raised.contains("config") || !raised["config"].is_string())
+            line.fail("\"raised\" is none");
+        journal.raised.push_back(raised["config"].get<std::string>());
+        journal.is_raised_last = true;
+        journal.end.reset();
+        return;
+    }
     if (journal.end) line.fail("follows the end of the session");
     if (line.has("move")) {
         journal.moves.push_back(read_move(line));
@@ -177,8 +215,14 @@ std::optional<std::size_t> Journal::last_passed(const Point& touched, double tol
     return std::nullopt;
 }
 
-Journal parse_journal(const std::string& text, const std::string& name) {
-    Journal journal;
+bool Journal::fits(const std::string& config_digest) const {
+    return header.config == config_digest || std::ranges::find(raised, config_digest) != raised.end();
+}
+
+namespace {
+
+// Reads into `journal` line by line: after a throw it holds what is before the damage.
+void read_lines(const std::string& text, const std::string& name, Journal& journal) {
     std::string_view left = text;
     while (true) {
         const std::size_t end = left.find('\n');
@@ -189,7 +233,7 @@ Journal parse_journal(const std::string& text, const std::string& name) {
         } else {
             read_line(line, journal.lines, journal);
         }
-        line.finish();
+        line.finish(journal.header.version);
         ++journal.lines;
         journal.bytes += end + 1;
         left.remove_prefix(end + 1);
@@ -197,14 +241,79 @@ Journal parse_journal(const std::string& text, const std::string& name) {
     journal.dropped_bytes = left.size();
     if (journal.lines == 0)
         throw JournalDamaged(fmt::format("{}:1: holds no session: it ended before its first line was written; begin a new one", name));
+}
+
+std::string without_advice(const std::string& damage) { return damage.substr(0, damage.find(kAdvice)); }
+
+// Of the whole lines of a text, wherever they stand.
+std::vector<std::string> raised_in(std::string_view text, const std::string& name) {
+    std::vector<std::string> raised;
+    for (std::size_t end = text.find('\n'); end != std::string_view::npos; end = text.find('\n')) {
+        const std::string_view whole = text.substr(0, end);
+        text.remove_prefix(end + 1);
+        // Its number is what it says: which one that should be, nobody knows behind a damage.
+        const Json json = Json::parse(whole, nullptr, false);
+        if (!json.is_object() || !json.contains("raised") || !json.contains("n") || !json["n"].is_number_unsigned()) continue;
+        Journal alone;
+        try {
+            Line line(name, json["n"].get<std::uint64_t>(), whole);
+            read_line(line, 1, alone);
+            raised.insert(raised.end(), alone.raised.begin(), alone.raised.end());
+        } catch (const JournalDamaged&) {
+            continue;
+        }
+    }
+    return raised;
+}
+
+bool sync(const std::filesystem::path& file_or_folder) {
+    const int file = ::open(file_or_folder.c_str(), O_RDONLY | O_CLOEXEC);
+    const bool is_durable = file >= 0 && ::fsync(file) == 0;
+    if (file >= 0) ::close(file);
+    return is_durable;
+}
+
+std::string text_of(const std::filesystem::path& file) {
+    std::ifstream in(file, std::ios::binary);
+    if (!in) throw JournalError(fmt::format("{}: cannot be read: is there a session in that folder?", file.string()));
+    return {std::istreambuf_iterator<char>(in), std::istreambuf_iterator<char>()};
+}
+
+}  // namespace
+
+Journal parse_journal(const std::string& text, const std::string& name) {
+    Journal journal;
+    read_lines(text, name, journal);
     return journal;
 }
 
-Journal read_journal(const std::filesystem::path& file) {
-    std::ifstream in(file, std::ios::binary);
-    if (!in) throw JournalError(fmt::format("{}: cannot be read: is there a session in that folder?", file.string()));
-    const std::string text((std::istreambuf_iterator<char>(in)), std::istreambuf_iterator<char>());
-    return parse_journal(text, file.string());
+Journal read_journal(const std::filesystem::path& file) { return parse_journal(text_of(file), file.string()); }
+
+std::optional<JournalCut> salvage_journal(const std::filesystem::path& file) {
+    const std::string text = text_of(file);
+    Journal good;
+    JournalCut cut;
+    try {
+        read_lines(text, file.string(), good);
+        return std::nullopt;
+    } catch (const JournalDamaged& damage) {
+        // Nothing is before it that could be gone on from.
+        if (good.lines == 0) throw JournalDamaged(without_advice(damage.what()) + "; nothing of it can be salvaged: put back a copy");
+        cut.damage = without_advice(damage.what());
+    }
+    cut.lines = good.lines;
+    cut.lost = static_cast<std::uint64_t>(std::ranges::count(text, '\n')) - good.lines;
+    const std::string stem = (file.parent_path() / file.stem()).string();
+    for (int k = 1; cut.kept.empty() || std::filesystem::exists(cut.kept); ++k) cut.kept = fmt::format("{}.damaged{}.jsonl", stem, k);
+    cut.raised = raised_in(std::string_view(text).substr(good.bytes), file.string());
+    // The whole is on the disk under its new name before anything is cut off.
+    std::error_code error;
+    std::filesystem::copy_file(file, cut.kept, error);
+    if (!error && !(sync(cut.kept) && sync(file.parent_path().empty() ? "." : file.parent_path())))
+        error = std::error_code(errno, std::generic_category());
+    if (!error) std::filesystem::resize_file(file, good.bytes, error);
+    if (error) throw JournalError(fmt::format("{}: cannot be salvaged: {}", file.string(), error.message()));
+    return cut;
 }
 
 }  // namespace palpate

@@ -6,6 +6,7 @@
 #include <fmt/format.h>
 #include <fmt/ranges.h>
 #include <sys/file.h>
+#include <sys/stat.h>
 #include <unistd.h>
 #include <zlib.h>
 
@@ -88,8 +89,12 @@ JournalWriter JournalWriter::create(const fs::path& file, const JournalHeader& h
         throw JournalError(fmt::format("{}: holds a session already; choose another folder, or resume it", file.string()));
     }
     try {
-        writer.append_line(fmt::format(R"("palpate":"journal","schema":2,"config":{},"start":{},"machine":{})", quoted(header.config),
-                                       place(header.start), quoted(header.machine)));
+        const auto known = [](const char* key, const std::string& text) {
+            return text.empty() ? "" : fmt::format(R"(,"{}":{})", key, quoted(text));
+        };
+        writer.append_line(fmt::format(R"("palpate":"journal","schema":{}{},"config":{},"start":{},"machine":{}{})", kJournalSchema,
+                                       known("version", header.version), quoted(header.config), place(header.start), quoted(header.machine),
+                                       known("object", header.object_sha256)));
     } catch (...) {
         fs::remove(file, error);  // nothing began
         throw;
@@ -132,6 +137,10 @@ void JournalWriter::append(const JournalEnd& end) {
     append_line(fmt::format(R"("end":{{"planner":{},"oracle":{}}})", number(end.planner_seconds), number(end.oracle_seconds)));
 }
 
+void JournalWriter::append_raised(const std::string& config_digest) {
+    append_line(fmt::format(R"("raised":{{"config":{}}})", quoted(config_digest)));
+}
+
 void JournalWriter::append_line(std::string line) {
     if (is_broken_) {
         throw JournalError(fmt::format("{}: could not be written before; nothing more is written: resume the session", path_.string()));
@@ -147,6 +156,7 @@ void JournalWriter::append_line(std::string line) {
         if (count < 0 && errno != EINTR) error = errno;
     }
     if (error == 0 && ::fdatasync(file_) != 0) error = errno;
+    if (error == 0) require_in_place();
     if (error != 0) {
         is_broken_ = true;
         // A journal that ends with a whole line can be resumed as it is; if that fails too, the next reader drops the torn one.
@@ -155,6 +165,19 @@ void JournalWriter::append_line(std::string line) {
     }
     ++lines_;
     bytes_ += line.size();
+}
+
+// A folder that was moved or deleted takes its journal along: what is written would be nowhere, or not where it is looked for.
+void JournalWriter::require_in_place() {
+    struct stat here {};
+    struct stat there {};
+    if (::fstat(file_, &here) != 0 || (::stat(path_.c_str(), &there) == 0 && here.st_dev == there.st_dev && here.st_ino == there.st_ino))
+        return;
+    is_broken_ = true;
+    throw JournalError(fmt::format("{}: {}; nothing moves after that", path_.string(),
+                                   here.st_nlink == 0
+                                       ? "was deleted while the session ran, and what was touched is lost with it: begin a new one"
+                                       : "was moved while the session ran: it is whole where it is now, resume it there"));
 }
 
 void JournalWriter::fail(const std::string& what, int error) const {

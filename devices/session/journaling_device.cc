@@ -48,6 +48,7 @@ MoveResult JournalingDevice::guarded_move(const Point& target, Pace pace) {
 }
 
 const JournalMove& JournalingDevice::replay(const Point& target, Pace pace) {
+    if (pause_ && stop_.pause_requested()) pause_();
     if (stop_.stop_requested()) throw Stopped("stopped while the journal was replayed; nothing has moved");
     const JournalMove& known = record_.moves[next_];
     if (!same_bits(known.target, target) || known.pace != pace) {

@@ -3,9 +3,9 @@
 
 #include <cstddef>
 #include <functional>
-#include <stop_token>
 
 #include "devices/session/journal.h"
+#include "devices/stop_request.h"
 
 namespace palpate {
 
@@ -22,9 +22,14 @@ public:
     using GoLive = std::function<ProbeDevice&(const Point& target)>;
 
     // `writer` is where new answers go; nothing: there is no machine, and the record has to suffice. It must outlive the device. `stop`
-    // ends a replay; what is live hears it by itself.
-    JournalingDevice(Journal record, JournalWriter* writer, GoLive go_live, std::stop_token stop = {})
-        : record_(std::move(record)), writer_(writer), go_live_(std::move(go_live)), stop_(std::move(stop)), rest_(record_.header.start) {}
+    // ends a replay, or asks for a `pause` of it; what is live hears it by itself.
+    JournalingDevice(Journal record, JournalWriter* writer, GoLive go_live, StopToken stop = {}, std::function<void()> pause = {})
+        : record_(std::move(record)),
+          writer_(writer),
+          go_live_(std::move(go_live)),
+          stop_(std::move(stop)),
+          pause_(std::move(pause)),
+          rest_(record_.header.start) {}
 
     [[nodiscard]] Point position() const override { return device_ != nullptr ? device_->position() : rest_; }
     // Throws ReplayMismatch, Stopped, JournalError (the answer is lost then, not the journal), and what the device throws.
@@ -45,7 +50,8 @@ private:
     Journal record_;
     JournalWriter* writer_;
     GoLive go_live_;
-    std::stop_token stop_;
+    StopToken stop_;
+    std::function<void()> pause_;
     ProbeDevice* device_ = nullptr;
     std::size_t next_ = 0;
     bool went_live_ = false;

@@ -4,6 +4,8 @@
 
 #include <algorithm>
 #include <cmath>
+#include <tuple>
+#include <utility>
 
 #include "devices/decorators/slow_device.h"
 #include "devices/device_oracle.h"
@@ -11,23 +13,13 @@
 #include "devices/session/journaling_device.h"
 #include "devices/session/resumption.h"
 #include "devices/timed_oracle.h"
+#include "devices/version.h"
 #include "planner/errors.h"
 #include "planner/number_text.h"
 #include "planner/surroundings.h"
 
 namespace palpate {
 namespace {
-
-void check_start(const Surroundings& surroundings, const Box& limits, const Point& start) {
-    if (!limits.contains(start)) {
-        throw SetupError(fmt::format("the tool is at {}, outside machine.limits, {} to {}: move it inside them by hand, then start again",
-                                     point_text(start), point_text(limits.min), point_text(limits.max)));
-    }
-    if (surroundings.is_free(start)) return;
-    throw SetupError(
-        fmt::format("the tool is inside the workspace, at {}, where no way is known to be free: move it outside by hand, then start again",
-                    point_text(start)));
-}
 
 // What the planner makes of the answers of `journal`. `press` asks for the probe to be pressed by hand.
 MachineRun run_on(JournalingDevice& journal, const SessionPlan& plan, const SessionHost& host, const std::function<bool()>& press) {
@@ -41,6 +33,7 @@ MachineRun run_on(JournalingDevice& journal, const SessionPlan& plan, const Sess
     options.goes_home = true;
     Observer observer;
     observer.on_progress = host.on_progress;
+    observer.on_sample = host.on_sample;
     observer.on_home = [&](double way_mm) {
         if (!journal.is_used_up()) return;
         host.say(
@@ -56,7 +49,36 @@ MachineRun run_on(JournalingDevice& journal, const SessionPlan& plan, const Sess
     run.meter = metered.meter();
     run.grazes = device_oracle.grazes();
     run.machine = journal.record().header.machine;
+    run.object_sha256 = journal.record().header.object_sha256;
     return run;
+}
+
+// A device that is only asked where it would go first.
+class Asked final : public ProbeDevice {
+public:
+    explicit Asked(const Point& start) : start_(start) {}
+
+    struct Move {
+        Point target;
+        Pace pace;
+    };
+    [[nodiscard]] Point position() const override { return start_; }
+    [[nodiscard]] MoveResult guarded_move(const Point& target, Pace pace) override { throw Move{target, pace}; }
+    void stop() override {}
+
+private:
+    Point start_;
+};
+
+std::pair<Point, Pace> first_move(const SessionPlan& plan, const Point& start) {
+    Asked asked(start);
+    DeviceOracle oracle(asked, plan.machine.traits(), DeviceOracle::Positions::as_traits_say);
+    try {
+        (void)probe_surface(oracle, plan.workspace, plan.probing);
+    } catch (const Asked::Move& move) {
+        return {move.target, move.pace};
+    }
+    return {start, Pace::travel};
 }
 
 // A shift along these directions would not have been seen.
@@ -74,15 +96,6 @@ void warn_of_blind_directions(const JournalResumption& found, const SessionHost&
 // The journal is shorter than what the session takes it for: it is read again.
 struct ReadAgain {};
 
-// The configuration decides what the planner asks: another one would not fit the journal.
-void check_config(const Journal& journal, const SessionPlan& plan) {
-    if (journal.header.config == plan.config_digest) return;
-    throw SetupError(
-        fmt::format("{}: was changed since the session began, and its journal does not fit it any more: put the old one back, or begin a "
-                    "new session",
-                    plan.config_name));
-}
-
 bool is_pressed_by_hand(const SessionPlan& plan, const SessionHost& host) {
     return plan.machine.probe_proof != ProbeProof::first_touch && host.press;
 }
@@ -97,11 +110,19 @@ public:
         guarded_ = guarded;
         while (true) {
             record_ = writer_.read();
-            if (record_.end) {
+            if (record_.end && !plan_.raised_from) {
                 host_.say("this session is finished; its files are made again from its journal");
                 return replay_session(plan_, host_);
             }
-            check_config(record_, plan_);
+            check_plan(record_, plan_);
+            if ((plan_.raised_from && !has_raised_) || (record_.is_raised_last && record_.confirmed_moves() < record_.moves.size())) {
+                // What it did at its end, going home, is not what it does now.
+                try {
+                    return_to({record_.last_rest(), record_.confirmed_moves(), {}}, false);
+                } catch (const ReadAgain&) {
+                    continue;
+                }
+            }
             if (record_.dropped_bytes > 0) host_.say("the last line of the journal was torn and is dropped: that move is made again");
             try {
                 return run_once();
@@ -119,7 +140,7 @@ private:
                 if (guarded_ == nullptr) return_to({next_target, record_.confirmed_moves(), {}}, false);
                 return device();
             },
-            host_.stop);
+            host_.stop, host_.pause);
         try {
             MachineRun run = run_on(journal, plan_, host_, [&] {
                 return guarded_ != nullptr && is_pressed_by_hand(plan_, host_) && host_.press(guarded_->machine());
@@ -167,10 +188,11 @@ private:
     // contact shows that the probe worked: what came after the last one is asked again.
     void return_to(const Interruption& interruption, bool after_miss) {
         if (guarded_ == nullptr) {
-            own_.emplace(host_.connect(), plan_.machine);
+            own_.emplace(host_.connect(), plan_.machine, host_.stop, host_.pause);
             guarded_ = &*own_;
             const MachineReport report = guarded_->machine().report();
             host_.ask({PlannedMotion::Kind::go_on, report, plan_.machine.homes_first(report)});
+            raise_budget();
         }
         auto [found, moves] = return_to_work(*guarded_, record_, plan_.workspace, plan_.machine, interruption);
         found.after_miss = after_miss;
@@ -179,6 +201,13 @@ private:
         writer_.append(found);
         if (moves < record_.moves.size()) throw ReadAgain{};
         record_.resumptions.push_back(found);
+    }
+
+    void raise_budget() {
+        if (!plan_.raised_from || has_raised_) return;
+        writer_.append_raised(plan_.config_digest);
+        has_raised_ = true;
+        if (host_.on_raised) host_.on_raised();
     }
 
     // A probe that misses more than so many touches, and one in so many moves, is to be looked at.
@@ -193,9 +222,29 @@ private:
     GuardedMachine* guarded_ = nullptr;
     std::optional<SlowDevice> slow_;
     bool asked_again_ = false;
+    bool has_raised_ = false;
 };
 
 }  // namespace
+
+void check_start(const Surroundings& surroundings, const Box& limits, const Point& start) {
+    if (!limits.contains(start)) {
+        throw SetupError(fmt::format("the tool is at {}, outside machine.limits, {} to {}: move it inside them by hand, then start again",
+                                     point_text(start), point_text(limits.min), point_text(limits.max)));
+    }
+    if (surroundings.is_free(start)) return;
+    throw SetupError(
+        fmt::format("the tool is inside the workspace, at {}, where no way is known to be free: move it outside by hand, then start again",
+                    point_text(start)));
+}
+
+// The configuration decides what the planner asks: another one would not fit the journal.
+void check_plan(const Journal& journal, const SessionPlan& plan) {
+    if (journal.fits(plan.raised_from.value_or(plan.config_digest))) return;
+    throw SetupError(fmt::format(
+        "{}: was changed since the session began, and its journal does not fit it any more: put the old one back, or begin a new session",
+        plan.config_name));
+}
 
 void check_session(const MachineSettings& machine, const Region& workspace, const Options& probing) {
     const Box around = Surroundings(workspace).bounds();
@@ -215,19 +264,22 @@ MachineRun start_session(const SessionPlan& plan, const SessionHost& host) {
     if (plan.machine.probe_proof == ProbeProof::hand && !host.press) {
         throw std::invalid_argument("the probe is to be pressed by hand before anything moves: SessionHost::press is missing");
     }
-    GuardedMachine guarded(host.connect(), plan.machine);
+    GuardedMachine guarded(host.connect(), plan.machine, host.stop, host.pause);
     Machine& machine = guarded.machine();
     const MachineReport report = machine.report();
     // Homing moves it elsewhere; otherwise nobody need be asked about a session that cannot begin.
     if (machine.is_position_trusted()) check_start(plan.workspace, limits, report.position);
-    host.ask({PlannedMotion::Kind::begin, report, plan.machine.homes_first(report)});
+    PlannedMotion planned{PlannedMotion::Kind::begin, report, plan.machine.homes_first(report)};
+    if (machine.is_position_trusted()) std::tie(planned.first_target, planned.first_pace) = first_move(plan, report.position);
+    host.ask(planned);
     if (is_pressed_by_hand(plan, host) && !host.press(machine)) {
         throw DeviceError(
             "the probe was not seen to close and to open; nothing has moved. Look at its lead, plug and battery; without somebody to press "
             "it: machine.probe_proof: first_touch");
     }
     machine.make_ready();
-    const JournalHeader header{plan.config_digest, guarded.device().position(), report.identity};
+    const JournalHeader header{plan.config_digest, guarded.device().position(), report.identity, std::string(program_version()),
+                               plan.object_sha256};
     check_start(plan.workspace, limits, header.start);
     JournalWriter writer = JournalWriter::create(plan.journal, header);
     return Session(plan, host, writer).run(&guarded);
@@ -236,11 +288,11 @@ MachineRun start_session(const SessionPlan& plan, const SessionHost& host) {
 MachineRun replay_session(const SessionPlan& plan, const SessionHost& host) {
     check_session(plan.machine, plan.workspace, plan.probing);
     Journal record = read_journal(plan.journal);
-    check_config(record, plan);
+    check_plan(record, plan);
     if (!record.end) throw NotFinished(fmt::format("{}: this session is not finished: resume it", plan.journal.string()));
     const JournalEnd end = *record.end;
     const std::vector<JournalResumption> resumptions = record.resumptions;
-    JournalingDevice journal(std::move(record), nullptr, {}, host.stop);
+    JournalingDevice journal(std::move(record), nullptr, {}, host.stop, host.pause);
     MachineRun run = run_on(journal, plan, host, [] { return false; });
     run.planner_seconds = end.planner_seconds;
     run.oracle_seconds = end.oracle_seconds;

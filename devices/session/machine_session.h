@@ -12,7 +12,7 @@
 #include <filesystem>
 #include <functional>
 #include <memory>
-#include <stop_token>
+#include <optional>
 #include <string>
 #include <vector>
 
@@ -20,6 +20,7 @@
 #include "devices/machine.h"
 #include "devices/session/journal.h"
 #include "devices/session/machine_settings.h"
+#include "devices/stop_request.h"
 #include "planner/probe_surface.h"
 
 namespace palpate {
@@ -32,6 +33,9 @@ struct SessionPlan {
     std::filesystem::path journal;
     std::string config_digest;  // digest() of what the plan was made from: a journal goes on with the plan that it was begun with alone
     std::string config_name;    // what messages call that
+    std::string object_sha256{};  // of the file that describes the object, if there is one: the journal keeps it, nothing depends on it
+    // The budget is larger than in the plan, of that digest, that the journal goes by: it says so as soon as the operator has agreed.
+    std::optional<std::string> raised_from{};
 };
 
 // What the operator is asked to agree to.
@@ -41,8 +45,10 @@ struct PlannedMotion {
         go_on,  // back to where the session ended, to known places again, and on
     };
     Kind kind = Kind::begin;
-    MachineReport report;      // the machine as it is now
-    bool homes_first = false;  // unguarded, from where it is
+    MachineReport report;                 // the machine as it is now
+    bool homes_first = false;             // unguarded, from where it is
+    std::optional<Point> first_target{};  // of the first move, if nothing has to happen before that is known
+    Pace first_pace = Pace::travel;
 };
 
 // Whoever runs a session.
@@ -50,10 +56,14 @@ struct SessionHost {
     std::function<std::unique_ptr<Machine>()> connect;      // a replay needs none; what it gives heeds `stop` by itself
     std::function<void(const PlannedMotion&)> ask;          // asks the operator before anything moves; throws if the answer is no
     std::function<void(const Progress&)> on_progress = {};  // may be empty
+    std::function<void(const RunView&)> on_sample = {};     // may be empty
+    std::function<void()> on_raised = {};                   // the journal goes by the plan with the larger budget from now on; may be empty
     std::function<void(const std::string& sentence)> say = [](const std::string&) {};  // what the operator may want to know
     // Has the probe pressed by hand, and says whether it was seen to close and to open; empty: nobody can be asked.
     std::function<bool(Machine&)> press = {};
-    std::stop_token stop = {};
+    StopToken stop = {};
+    // Returns once a pause that `stop` asks for is over; nothing moves meanwhile. Empty: nobody asks for one.
+    std::function<void()> pause = {};
 };
 
 struct MachineRun {
@@ -61,7 +71,8 @@ struct MachineRun {
     Meter meter;               // of the answers that the planner got, replayed ones too
     std::uint64_t grazes = 0;  // touches on travel that were passed beside
     std::vector<JournalResumption> resumptions;
-    std::string machine;  // identity
+    std::string machine;        // identity
+    std::string object_sha256;  // as the journal has it
     double planner_seconds = 0.0;
     double oracle_seconds = 0.0;
 };
@@ -72,8 +83,13 @@ public:
     using SetupError::SetupError;
 };
 
+// Throws SetupError if the session was not begun with that plan.
+void check_plan(const Journal& journal, const SessionPlan& plan);
 // Throws SetupError if the tool may not go all around ω, std::invalid_argument as check_options does. All of the below begin with it.
 void check_session(const MachineSettings& machine, const Region& workspace, const Options& probing);
+
+// Throws SetupError if a session cannot begin with the tool there: it is outside `limits`, or where no way is known to be free.
+void check_start(const Surroundings& surroundings, const Box& limits, const Point& start);
 
 // A new session; makes its journal. Throws DeviceError on a fault, after which the session can be resumed if the journal was begun,
 // SetupError if the tool is where it cannot begin, std::invalid_argument if the probe is to be pressed by hand and nobody can be asked, and

@@ -58,9 +58,14 @@ void ProbingLoop::execute() {
     if (options_.goes_home) head_.go_home(observer_.on_home);
 }
 
-void ProbingLoop::probe_all() {
+void ProbingLoop::seed() {
     const std::vector<SeedFacet> seeds = touch_seeds(options_, space_, head_);
     for (const SeedFacet& seed : seeds) faceted_.insert(seed.samples.begin(), seed.samples.end());
+}
+
+void ProbingLoop::probe_all() {
+    report();  // the first moves may take long
+    seed();
     // Seeds are exempt from the spacing; there are few of them.
     max_samples_ = state_.sample_count() + packing_bound(state_.surroundings().region(), criteria_.least_spacing());
     if (options_.strategy.infer == Strategy::Infer::adaptive || (options_.strategy.infer == Strategy::Infer::reach && options_.reach))

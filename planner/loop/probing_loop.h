@@ -31,6 +31,8 @@ public:
 
     // Until nothing is left to probe, refine or repair, and home if that is asked for. Call once.
     void execute();
+    // Its beginning alone: first touches and their facets. Throws SeedError. Call once, and nothing else.
+    void seed();
 
     [[nodiscard]] const ProbedSpace& space() const { return space_; }
     [[nodiscard]] Result result();

@@ -17,7 +17,8 @@ struct SurfaceSample {
     double area = 0.0;  // mm², estimated
 };
 
-// Draws lines until at least `count` points are found; the last line's points are kept too.
+// Draws lines until at least `count` points are found; the last line's points are kept too. Throws ObjectError if next to no line
+// meets the object: it would take for ever.
 [[nodiscard]] SurfaceSample sample_surface(const HiddenObject& object, std::size_t count, std::mt19937_64& random);
 
 }  // namespace palpate

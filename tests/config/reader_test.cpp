@@ -120,10 +120,11 @@ TEST_F(Reader, FollowsLinksOfFoldersInMeshPaths) {
 }
 
 TEST_F(Reader, RefusesNumbersWithLineAndRange) {
-    EXPECT_EQ(complaint("# a\n\nprobing:\n  epsilon: -1\n"), "s.yaml:4: probing.epsilon: -1 is out of range; allowed: greater than 0 (mm)");
+    EXPECT_EQ(complaint("# a\n\nprobing:\n  epsilon: -1\n"),
+              "s.yaml:4: probing.epsilon: -1 is out of range; allowed: greater than 0, at most 1000000 (mm)");
     const auto epsilon = [this](const std::string& value) { return complaint("probing:\n  epsilon: " + value); };
     const std::string start = "s.yaml:2: probing.epsilon: ";
-    const std::string allowed = "; allowed: greater than 0 (mm)";
+    const std::string allowed = "; allowed: greater than 0, at most 1000000 (mm)";
     EXPECT_EQ(epsilon("0"), start + "0 is out of range" + allowed);
     EXPECT_EQ(epsilon(".nan"), start + ".nan is not finite" + allowed);
     EXPECT_EQ(epsilon("nan"), start + "nan is not finite" + allowed);
@@ -138,7 +139,7 @@ TEST_F(Reader, RefusesNumbersWithLineAndRange) {
     EXPECT_EQ(epsilon("{a: 1}"), start + "a mapping is not a number" + allowed);
     EXPECT_EQ(epsilon(""), start + "null is not a number" + allowed);
     EXPECT_EQ(complaint("probing: {epsilon: 1, reach: 0}"),
-              "s.yaml:1: probing.reach: 0 is out of range; allowed: greater than 0 (mm), or null");
+              "s.yaml:1: probing.reach: 0 is out of range; allowed: greater than 0, at most 1000000 (mm), or null");
     EXPECT_EQ(complaint("probing: {epsilon: 1,\n refinement_floor: 1.5}"),
               "s.yaml:2: probing.refinement_floor: 1.5 is out of range; allowed: greater than 0, at most 1");
 }
@@ -172,10 +173,12 @@ TEST_F(Reader, RefusesUnknownKeysAndSuggestsNearOnes) {
 
 TEST_F(Reader, RefusesMissingKeys) {
     EXPECT_EQ(complaint("random_seed: 1\n"), "s.yaml:1: probing: is required; allowed: a mapping of the keys below it");
-    EXPECT_EQ(complaint("\nprobing:\n  reach: null\n"), "s.yaml:2: probing.epsilon: is required; allowed: greater than 0 (mm)");
-    EXPECT_EQ(shape_complaint("\n    torus: {major: 1}"), "s.yaml:4: object.shape.torus.minor: is required; allowed: greater than 0 (mm)");
+    EXPECT_EQ(complaint("\nprobing:\n  reach: null\n"),
+              "s.yaml:2: probing.epsilon: is required; allowed: greater than 0, at most 1000000 (mm)");
+    EXPECT_EQ(shape_complaint("\n    torus: {major: 1}"),
+              "s.yaml:4: object.shape.torus.minor: is required; allowed: greater than 0, at most 1000000 (mm)");
     EXPECT_EQ(complaint("probing:\n  epsilon: 1\n  seed_rays:\n    - {from: [0, 0, 1]}\n"),
-              "s.yaml:4: probing.seed_rays[0].to: is required; allowed: any number (mm)");
+              "s.yaml:4: probing.seed_rays[0].to: is required; allowed: from -1000000 to 1000000 (mm)");
 }
 
 TEST_F(Reader, RefusesKeysThatExcludeEachOther) {
@@ -205,7 +208,7 @@ TEST_F(Reader, RefusesMeasuresThatDoNotFitEachOther) {
         shape_complaint("{rounded_box: {size: [4, 3, 2], fillet: 1.01}}"),
         "s.yaml:3: object.shape.rounded_box.fillet: is more than half the smallest side; allowed: from 0 to half the smallest side (mm)");
     EXPECT_EQ(shape_complaint("{capsule: {radius: 1, length: -1}}"),
-              "s.yaml:3: object.shape.capsule.length: -1 is out of range; allowed: at least 0 (mm)");
+              "s.yaml:3: object.shape.capsule.length: -1 is out of range; allowed: from 0 to 1000000 (mm)");
     EXPECT_EQ(complaint(kProbing + "workspace:\n  box:\n    min: [0, 0, 0]\n    max: [1, 0, 1]\n"),
               "s.yaml:5: workspace.box.max: is not greater than min in each coordinate; allowed: greater than min in x, y and z (mm)");
     EXPECT_EQ(complaint("probing: {epsilon: 1, seed_rays: [{from: [0, 0, 1], to: [0, -0, 1]}]}"),
@@ -217,19 +220,21 @@ TEST_F(Reader, RefusesVectorsThatAreNotThreeNumbers) {
     const auto center = [this](const std::string& value) {
         return complaint(kProbing + "workspace: {ball: {radius: 1, center: " + value + "}}");
     };
-    EXPECT_EQ(center("[0, 0]"), start + ": a list of 2 is not a list of three numbers; allowed: [x, y, z], each any number (mm)");
-    EXPECT_EQ(center("0"), start + ": 0 is not a list of three numbers; allowed: [x, y, z], each any number (mm)");
-    EXPECT_EQ(center("[0, x, 0]"), start + "[1]: x is not a number; allowed: any number (mm)");
-    EXPECT_EQ(center("[0,\n 0, .inf]"), "s.yaml:3: workspace.ball.center[2]: .inf is not finite; allowed: any number (mm)");
+    EXPECT_EQ(center("[0, 0]"),
+              start + ": a list of 2 is not a list of three numbers; allowed: [x, y, z], each from -1000000 to 1000000 (mm)");
+    EXPECT_EQ(center("0"), start + ": 0 is not a list of three numbers; allowed: [x, y, z], each from -1000000 to 1000000 (mm)");
+    EXPECT_EQ(center("[0, x, 0]"), start + "[1]: x is not a number; allowed: from -1000000 to 1000000 (mm)");
+    EXPECT_EQ(center("[0,\n 0, .inf]"), "s.yaml:3: workspace.ball.center[2]: .inf is not finite; allowed: from -1000000 to 1000000 (mm)");
     EXPECT_EQ(shape_complaint("{ellipsoid: {semi_axes: [1, 1, 0]}}"),
-              "s.yaml:3: object.shape.ellipsoid.semi_axes[2]: 0 is out of range; allowed: greater than 0 (mm)");
+              "s.yaml:3: object.shape.ellipsoid.semi_axes[2]: 0 is out of range; allowed: greater than 0, at most 1000000 (mm)");
     EXPECT_EQ(shape_complaint("{sphere: {radius: 1}, rotate: [0, 0, 361]}"),
               "s.yaml:3: object.shape.rotate[2]: 361 is out of range; allowed: from -360 to 360 (degrees)");
 }
 
 TEST_F(Reader, RefusesOtherTypes) {
     EXPECT_EQ(complaint("probing: 1"), "s.yaml:1: probing: 1 is not a mapping; allowed: a mapping");
-    EXPECT_EQ(complaint(kProbing + "workspace: Auto"), "s.yaml:2: workspace: Auto is not one of the words; allowed: auto, or a mapping");
+    EXPECT_EQ(complaint(kProbing + "workspace: Auto"),
+              "s.yaml:2: workspace: Auto is not one of the words; did you mean \"auto\"?; allowed: auto, or a mapping");
     EXPECT_EQ(complaint(kProbing + "workspace:"), "s.yaml:2: workspace: null is not one of the words; allowed: auto, or a mapping");
     EXPECT_EQ(complaint("probing: {epsilon: 1, strategy: fast}"),
               "s.yaml:1: probing.strategy: fast is not one of the words; allowed: default, thesis, adaptive, or a mapping");
@@ -246,6 +251,37 @@ TEST_F(Reader, RefusesOtherTypes) {
               "s.yaml:2: object.mesh: a list is not a text; allowed: a text that is not empty");
 }
 
+TEST_F(Reader, ProposesTheWordThatWasMeant) {
+    EXPECT_EQ(
+        complaint("probing: {epsilon: 1, strategy: {infer: adaptiv}}"),
+        "s.yaml:1: probing.strategy.infer: adaptiv is not one of the words; did you mean \"adaptive\"?; allowed: none, reach, adaptive");
+    EXPECT_EQ(
+        complaint("probing: {epsilon: 1, strategy: thesiss}"),
+        "s.yaml:1: probing.strategy: thesiss is not one of the words; did you mean \"thesis\"?; allowed: default, thesis, adaptive, or "
+        "a mapping");
+    EXPECT_EQ(complaint(kProbing + "object: {mesh: a.off, repair: True}"),
+              "s.yaml:2: object.repair: True is not one of the words; did you mean \"true\"?; allowed: false, true");
+    EXPECT_EQ(complaint("probing: {epsilon: 1, strategy: {infer: [adaptive]}}"),
+              "s.yaml:1: probing.strategy.infer: a list is not one of the words; allowed: none, reach, adaptive");
+}
+
+// Lengths whose squares no double holds have made an endless search of a workspace.
+TEST_F(Reader, RefusesLengthsBeyondAKilometre) {
+    EXPECT_EQ(shape("{sphere: {radius: 1000000}}").at, Point::Zero());
+    EXPECT_EQ(shape_complaint("{sphere: {radius: 1e300}}"),
+              "s.yaml:3: object.shape.sphere.radius: 1e300 is out of range; allowed: greater than 0, at most 1000000 (mm)");
+    EXPECT_EQ(shape_complaint("{sphere: {radius: 1}, at: [0, -1000001, 0]}"),
+              "s.yaml:3: object.shape.at[1]: -1000001 is out of range; allowed: from -1000000 to 1000000 (mm)");
+    EXPECT_EQ(shape_complaint("{capsule: {radius: 1, length: 1e7}}"),
+              "s.yaml:3: object.shape.capsule.length: 1e7 is out of range; allowed: from 0 to 1000000 (mm)");
+    EXPECT_EQ(shape_complaint("{genus2: {scale: 1e7}}"),
+              "s.yaml:3: object.shape.genus2.scale: 1e7 is out of range; allowed: greater than 0, at most 1000000");
+    EXPECT_EQ(complaint("probing: {epsilon: 2e6}"),
+              "s.yaml:1: probing.epsilon: 2e6 is out of range; allowed: greater than 0, at most 1000000 (mm)");
+    // A way is no length of a thing.
+    EXPECT_EQ(read("probing: {epsilon: 1, budget: {displacement: 1e9}}").probing.budget.displacement, 1e9);
+}
+
 TEST_F(Reader, RefusesDuplicateKeys) {
     EXPECT_EQ(complaint("probing:\n  epsilon: 1\n  reach: null\n  epsilon: 2\n"),
               "s.yaml:4: probing.epsilon: is given twice, first on line 2; allowed: once");
@@ -258,6 +294,9 @@ TEST_F(Reader, RefusesYamlThatNoSessionNeeds) {
     EXPECT_EQ(complaint(kProbing + "random_seed: !!int 3\n").substr(0, 45), "s.yaml:2: random_seed: tags (!) are not suppo");
     EXPECT_EQ(complaint(kProbing + "---\nrandom_seed: 2\n"), "s.yaml:2: a second document starts here; allowed: exactly one");
     EXPECT_EQ(complaint(kProbing + "object: {mesh: latin-1-\xE9.off}\n"), "s.yaml:2: object.mesh: is not UTF-8; allowed: Unicode text");
+    EXPECT_EQ(complaint(kProbing + "object:\n  <<: {mesh: x}\n"),
+              "s.yaml:3: object: merge keys (<<) are not supported; allowed: the keys themselves");
+    EXPECT_EQ(complaint("<<: {epsilon: 1}\n" + kProbing), "s.yaml:1: merge keys (<<) are not supported; allowed: the keys themselves");
     EXPECT_EQ(complaint(kProbing + "[a]: 2\n"), "s.yaml:2: a list is not a key; allowed: a word before the colon");
     EXPECT_EQ(complaint(kProbing + "object: " + std::string(100, '[')), "s.yaml:2: nested too deeply; allowed: 64 levels");
 }
@@ -286,7 +325,15 @@ TEST_F(Reader, ReadsEveryLengthOfCharacter) {
 TEST_F(Reader, RefusesBrokenYaml) {
     EXPECT_EQ(complaint("probing:\n  epsilon: 1\n reach: 2\n").substr(0, 29), "s.yaml:3: is not valid YAML: ");
     EXPECT_EQ(complaint("probing: {epsilon: 1\n").substr(0, 29), "s.yaml:2: is not valid YAML: ");
-    EXPECT_EQ(complaint("probing:\n\tepsilon: 1\n").substr(0, 29), "s.yaml:2: is not valid YAML: ");
+    EXPECT_EQ(complaint("probing: {epsilon: ]}\n").substr(0, 29), "s.yaml:1: is not valid YAML: ");
+}
+
+// yaml-cpp has several words for it, of which none says "tab" in the first case.
+TEST_F(Reader, NamesATabInTheIndentation) {
+    EXPECT_EQ(complaint("probing:\n\tepsilon: 1\n"), "s.yaml:2: a tab in the indentation; allowed: blanks");
+    EXPECT_EQ(complaint("probing:\n  epsilon: 1\n \treach: 2\n"), "s.yaml:3: a tab in the indentation; allowed: blanks");
+    EXPECT_EQ(complaint("probing:\n  seed_rays:\n\t- {}\n"), "s.yaml:3: a tab in the indentation; allowed: blanks");
+    EXPECT_EQ(read("probing:\t# a tab that indents nothing\n  epsilon:\t0.25\n").probing.epsilon, 0.25);
 }
 
 TEST_F(Reader, RefusesFilesThatHoldNoConfig) {
@@ -320,7 +367,8 @@ TEST_F(Reader, OverridesReplaceAndCreateKeys) {
 
 TEST_F(Reader, ErrorsInOverridesNameTheOverride) {
     const auto set = [this](const std::string& assignment) { return complaint(kProbing + "workspace: auto\n", {assignment}); };
-    EXPECT_EQ(set("probing.epsilon=-1"), "--set probing.epsilon=-1: probing.epsilon: -1 is out of range; allowed: greater than 0 (mm)");
+    EXPECT_EQ(set("probing.epsilon=-1"),
+              "--set probing.epsilon=-1: probing.epsilon: -1 is out of range; allowed: greater than 0, at most 1000000 (mm)");
     EXPECT_EQ(set("probing.epsilom=1").substr(0, 81),
               "--set probing.epsilom=1: probing.epsilom: unknown key; did you mean \"epsilon\"?; a");
     EXPECT_EQ(set("a.b=1"), "--set a.b=1: a: unknown key; allowed: object, machine, workspace, probing, random_seed");
@@ -335,8 +383,9 @@ TEST_F(Reader, ErrorsInOverridesNameTheOverride) {
 }
 
 TEST_F(Reader, LongAndStrangeValuesDoNotGarbleMessages) {
-    EXPECT_EQ(complaint("probing: {epsilon: \"a\\x07" + std::string(100, 'b') + "\"}"),
-              "s.yaml:1: probing.epsilon: \"a?" + std::string(58, 'b') + "...\" is not a number; allowed: greater than 0 (mm)");
+    EXPECT_EQ(
+        complaint("probing: {epsilon: \"a\\x07" + std::string(100, 'b') + "\"}"),
+        "s.yaml:1: probing.epsilon: \"a?" + std::string(58, 'b') + "...\" is not a number; allowed: greater than 0, at most 1000000 (mm)");
 }
 
 }  // namespace

@@ -70,6 +70,40 @@ TEST(RoundTrip, EveryAngleIsReachedAndRoundOnesStayRound) {
     EXPECT_NE(write_config(read).find(round), std::string::npos) << write_config(read);
 }
 
+// A session's folder can be moved with what it names, or reached over a link.
+TEST(RoundTrip, FilesAreNamedAsSeenFromTheFolderThatTheTextLiesIn) {
+    const test::TemporaryFolder one;
+    const test::TemporaryFolder other;
+    const std::string text =
+        "object: {mesh: meshes/part.off}\nmachine: {modbus: {tcp: {host: h}, profile: maps/map.yaml}, limits: {min: [0, 0, 0], max: [1, 1, "
+        "1]}}\nprobing: {epsilon: 1}\n";
+    std::string kept;
+    for (const test::TemporaryFolder* folder : {&one, &other}) {
+        std::filesystem::create_directories(folder->path() / "out/session");
+        std::filesystem::create_directory_symlink(folder->path() / "out/session", folder->path() / "link");
+        const SessionConfig config = read_config(folder->write("part.yaml", text));
+        const std::string written = write_config(config, folder->path() / "out/session");
+        EXPECT_THAT(written, testing::HasSubstr("  mesh: \"../../meshes/part.off\"\n"));
+        EXPECT_THAT(written, testing::HasSubstr("profile: \"../../maps/map.yaml\"}"));
+        EXPECT_EQ(write_config(config, folder->path() / "link"), written);
+        EXPECT_TRUE(kept.empty() || kept == written) << kept << written;
+        kept = written;
+        EXPECT_TRUE(test::identical(config, read_config(folder->write("out/session/config.yaml", written))));
+        EXPECT_TRUE(test::identical(config, read_config(folder->path() / "link/config.yaml")));
+    }
+}
+
+TEST(RoundTrip, AnyConfigReadsBackFromAFolderThatItIsWrittenFor) {
+    const std::uint64_t seed = test::logged_seed();
+    std::mt19937_64 random(seed);
+    const test::TemporaryFolder folder;
+    for (int i = 0; i < 100; ++i) {
+        const SessionConfig config = test::random_config(random);
+        const SessionConfig back = read_config(folder.write("config.yaml", write_config(config, folder.path())));
+        ASSERT_TRUE(test::identical(config, back)) << "seed " << seed << "\n" << write_config(config);
+    }
+}
+
 TEST(Writer, SpellsOutEveryDefaultInAFixedOrder) {
     const test::TemporaryFolder folder;
     const SessionConfig config = read_config(folder.write("a.yaml", "probing: {epsilon: 0.25}\nobject: {mesh: part.off}\n"));
@@ -80,6 +114,12 @@ TEST(Writer, SpellsOutEveryDefaultInAFixedOrder) {
                   "  strategy: {refine: eager, explore: closure, infer: reach, travel: free_space}\n  standoff: null\n  audit: 0.02\n"
                   "  seed_rays: []\n  refinement_floor: 0.125\n  sizing:\n    regions: []\n    radii_of_curvature: 0\n    smallest: null\n"
                   "  min_angle: 0\n  budget: {probes: null, displacement: null, machine_time: null}\nrandom_seed: 1\n");
+}
+
+TEST(Writer, CallsAShapeByItsKey) {
+    EXPECT_EQ(shape_name({SphereSpec{}}), "sphere");
+    EXPECT_EQ(shape_name({RoundedBoxSpec{}}), "rounded_box");
+    EXPECT_EQ(shape_name({std::vector<ShapeSpec>{{TorusSpec{}}}}), "union");
 }
 
 // What is short is on one line, what is long on lines of its own.

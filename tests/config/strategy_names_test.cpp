@@ -4,6 +4,9 @@
 
 #include <set>
 #include <stdexcept>
+#include <string>
+#include <utility>
+#include <vector>
 
 namespace palpate {
 namespace {
@@ -53,15 +56,27 @@ TEST(StrategyNames, KnowsTheNamedStrategiesAndLongForms) {
 }
 
 TEST(StrategyNames, RefusesEverythingElseAndListsWhatIsAllowed) {
-    for (const char* name :
-         {"", "+", "eager", "Thesis", "eager+", "closure+eager", "eager+closure+", "eager+closure+none+voronoi+none", " eager+closure"}) {
+    const std::vector<std::pair<std::string, std::string>> names = {{"", ""},
+                                                                    {"+", ""},
+                                                                    {"eager", ""},
+                                                                    {"Thesis", "thesis"},
+                                                                    {"adaptiv", "adaptive"},
+                                                                    {"eager+", ""},
+                                                                    {"closure+eager", ""},
+                                                                    {"eager+closur", "closure"},
+                                                                    {"eager+closure+reech", "reach"},
+                                                                    {"eager+closure+", ""},
+                                                                    {"eager+closure+none+voronoi+none", ""},
+                                                                    {" eager+closure", "eager"}};
+    for (const auto& [name, proposed] : names) {
+        const std::string proposal = proposed.empty() ? "" : "; did you mean \"" + proposed + "\"?";
         try {
             (void)parse_strategy(name);
             ADD_FAILURE() << "accepted '" << name << "'";
         } catch (const std::invalid_argument& error) {
             EXPECT_EQ(std::string(error.what()),
-                      "unknown strategy '" + std::string(name) +
-                          "'; allowed: default, thesis, adaptive, or refine+explore[+infer[+travel]] with refine exhaustive|eager, "
+                      "unknown strategy '" + name + "'" + proposal +
+                          "; allowed: default, thesis, adaptive, or refine+explore[+infer[+travel]] with refine exhaustive|eager, "
                           "explore exhaustive|closure, infer none|reach|adaptive, travel voronoi|free_space");
         }
     }

@@ -23,16 +23,18 @@ using Random = std::mt19937_64;
 bool flip(Random& random) { return (random() & 1U) != 0; }
 
 // All magnitudes, many digits or few.
-double positive(Random& random) {
+double positive(Random& random, double greatest_logarithm = 200.0) {
     if (flip(random)) {
         return static_cast<double>(1 + random() % 200) / 8.0;
     }
-    return std::exp(std::uniform_real_distribution<double>(-200.0, 200.0)(random));
+    return std::exp(std::uniform_real_distribution<double>(-200.0, greatest_logarithm)(random));
 }
 
-double any(Random& random) { return flip(random) ? positive(random) : -positive(random); }
-Vector positive_vector(Random& random) { return {positive(random), positive(random), positive(random)}; }
-Vector any_vector(Random& random) { return {any(random), any(random), any(random)}; }
+// No length and no coordinate is beyond a kilometre; these leave a millimetre to it.
+double length(Random& random) { return positive(random, std::log(999'998.0)); }
+double coordinate(Random& random) { return flip(random) ? length(random) : -length(random); }
+Vector lengths(Random& random) { return {length(random), length(random), length(random)}; }
+Vector any_point(Random& random) { return {coordinate(random), coordinate(random), coordinate(random)}; }
 
 double any_angle(Random& random) {
     if (flip(random)) {
@@ -45,26 +47,26 @@ ShapeSpec random_shape(Random& random, int depth) {
     ShapeSpec shape;
     switch (random() % (depth > 0 ? 7U : 6U)) {
         case 0:
-            shape.kind = SphereSpec{positive(random)};
+            shape.kind = SphereSpec{length(random)};
             break;
         case 1:
-            shape.kind = EllipsoidSpec{positive_vector(random)};
+            shape.kind = EllipsoidSpec{lengths(random)};
             break;
         case 2: {
-            const double major = positive(random);
+            const double major = length(random);
             shape.kind = TorusSpec{major, major * 0.37};
             break;
         }
         case 3:
-            shape.kind = CapsuleSpec{positive(random), flip(random) ? positive(random) : 0.0};
+            shape.kind = CapsuleSpec{length(random), flip(random) ? length(random) : 0.0};
             break;
         case 4: {
-            const Vector size = positive_vector(random);
+            const Vector size = lengths(random);
             shape.kind = RoundedBoxSpec{size, size.minCoeff() * static_cast<double>(random() % 3) / 4.0};
             break;
         }
         case 5:
-            shape.kind = Genus2Spec{positive(random)};
+            shape.kind = Genus2Spec{length(random)};
             break;
         default: {
             std::vector<ShapeSpec> parts;
@@ -74,7 +76,7 @@ ShapeSpec random_shape(Random& random, int depth) {
             shape.kind = std::move(parts);
         }
     }
-    shape.at = any_vector(random);
+    shape.at = any_point(random);
     shape.rotate = {any_angle(random), any_angle(random), any_angle(random)};
     return shape;
 }
@@ -84,10 +86,10 @@ WorkspaceSpec random_workspace(Random& random) {
         case 0:
             return AutoWorkspace{};
         case 1:
-            return Ball{any_vector(random), positive(random)};
+            return Ball{any_point(random), length(random)};
         default: {
-            const Vector a = any_vector(random);
-            Vector b = any_vector(random);
+            const Vector a = any_point(random);
+            Vector b = any_point(random);
             b = (a.array() == b.array()).select(b.array() + 1.0, b.array());
             return Box{a.cwiseMin(b), a.cwiseMax(b)};
         }
@@ -118,9 +120,9 @@ MachineConfig random_machine(Random& random) {
         machine.connection = modbus;
     }
     if (std::holds_alternative<GrblSpec>(machine.connection)) machine.homing = static_cast<Homing>(random() % 3);
-    machine.origin = any_vector(random);
-    machine.limits.min = any_vector(random);
-    machine.limits.max = machine.limits.min.array() + machine.limits.min.array().abs() + 1;
+    machine.origin = any_point(random);
+    machine.limits.min = any_point(random);
+    machine.limits.max = machine.limits.min.cwiseAbs().array() + 1;
     const auto share = [&] { return std::uniform_real_distribution<double>(0.01, 10)(random); };
     MotionModel& k = machine.motion;
     k.feeds = {share() + 0.02, share() + 0.02, share() + 0.02};
@@ -289,7 +291,7 @@ SessionConfig random_config(std::mt19937_64& random) {
             break;
         case 1:
             config.object = MeshSpec{"/no such folder/a \"quoted\" \\ name: {é} #" + std::to_string(random()) + "\t.off", positive(random),
-                                     any_vector(random), Vector(any_angle(random), any_angle(random), any_angle(random)), flip(random)};
+                                     any_point(random), Vector(any_angle(random), any_angle(random), any_angle(random)), flip(random)};
             break;
         default:
             config.object = random_shape(random, 3);
@@ -297,24 +299,24 @@ SessionConfig random_config(std::mt19937_64& random) {
     if (flip(random)) config.machine = random_machine(random);
     config.workspace = random_workspace(random);
     Options& probing = config.probing;
-    probing.epsilon = positive(random);
+    probing.epsilon = length(random);
     if (flip(random)) {
-        probing.reach = positive(random);
+        probing.reach = length(random);
     }
     probing.strategy.refine = flip(random) ? Strategy::Refine::eager : Strategy::Refine::exhaustive;
     probing.strategy.explore = flip(random) ? Strategy::Explore::closure : Strategy::Explore::exhaustive;
     for (std::uint64_t i = random() % 3; i > 0; --i) {
-        probing.seed_rays.push_back({any_vector(random), any_vector(random)});
-        probing.seed_rays.back().target.x() = probing.seed_rays.back().source.x() + 1e100;
+        probing.seed_rays.push_back({any_point(random), any_point(random)});
+        probing.seed_rays.back().target.x() = probing.seed_rays.back().source.x() + 1;
     }
     for (std::uint64_t i = random() % 3; i > 0; --i) {
-        const Vector corner = any_vector(random);
-        const Vector size = flip(random) ? Vector(Vector::Zero()) : positive_vector(random);
+        const Vector corner = any_point(random);
+        const Vector other = flip(random) ? corner : any_point(random);
         probing.sizing.regions.push_back(
-            {Box{corner, corner + size}, positive(random), std::uniform_real_distribution<double>(0, 1)(random)});
+            {Box{corner.cwiseMin(other), corner.cwiseMax(other)}, length(random), std::uniform_real_distribution<double>(0, 1)(random)});
     }
     if (flip(random)) probing.sizing.radii_of_curvature = positive(random);
-    if (flip(random)) probing.sizing.smallest = positive(random);
+    if (flip(random)) probing.sizing.smallest = length(random);
     probing.min_angle = std::uniform_real_distribution<double>(0, 0.52)(random);
     if (flip(random)) probing.budget.probes = random();
     if (flip(random)) probing.budget.displacement = positive(random);

@@ -5,6 +5,7 @@
 #include <algorithm>
 #include <functional>
 #include <string>
+#include <utility>
 #include <vector>
 
 namespace palpate {
@@ -209,8 +210,20 @@ TEST(Certificate, NothingIsGuaranteedAfterABudgetOrWithBadFacets) {
     Case c = good_case();
     c.evidence.stopped_by = "99 probes";
     EXPECT_EQ(c.certify().status, Status::incomplete);
-    EXPECT_NE(c.certify().statement.find("99 probes"), std::string::npos);
+    EXPECT_NE(c.certify().statement.find("budget of 99 probes ended the run"), std::string::npos);
     EXPECT_FALSE(promises_isotopy(c.certify()));
+    // What it left is not what a run to its end would show.
+    c.evidence.unrepresented_touches = 7;
+    c.evidence.unresolved_places = 2;
+    c.evidence.minor_places = 1;
+    EXPECT_EQ(c.certify().status, Status::incomplete);
+    for (const auto& [kind, count] : {std::pair{Kind::every_component, "7 samples"}, std::pair{Kind::thickness, "3 places"}}) {
+        const Premise p = premise(c.certify(), kind);
+        EXPECT_EQ(p.state, State::missing);
+        EXPECT_NE(p.detail.find(count), std::string::npos) << p.detail;
+        EXPECT_NE(p.detail.find("a budget ended the run"), std::string::npos) << p.detail;
+        EXPECT_EQ(p.detail.find("can be reached"), std::string::npos) << p.detail;
+    }
     c = good_case();
     c.evidence.has_facet_criteria = true;
     EXPECT_EQ(c.certify().status, Status::certified);

@@ -2,6 +2,8 @@
 
 #include <gtest/gtest.h>
 
+#include "sim/objects/errors.h"
+
 namespace palpate {
 namespace {
 
@@ -33,6 +35,14 @@ TEST(WorkspaceFit, TheBunnyIsNotInABallAroundTheOrigin) {
     const HiddenObject bunny{ObjectSpec(MeshSpec{PALPATE_TEST_DATA "/bunny.off", 1.0})};
     EXPECT_TRUE(point_outside(bunny, Region(Ball{Point::Zero(), 9.5})));
     EXPECT_FALSE(point_outside(bunny, Region(Ball{{0, 4.8, 0}, 7.5})));
+}
+
+// It was searched for ever: squares of such lengths are beyond any double, and no line met it.
+TEST(WorkspaceFit, AnObjectThatNoLineMeetsIsRefused) {
+    for (const ShapeSpec& spec : {ShapeSpec{SphereSpec{1e300}}, ShapeSpec{EllipsoidSpec{{1e-200, 1e-200, 50}}}}) {
+        const HiddenObject object{ObjectSpec(spec)};
+        EXPECT_THROW((void)point_outside(object, Region(Ball{Point::Zero(), 10})), ObjectError);
+    }
 }
 
 }  // namespace

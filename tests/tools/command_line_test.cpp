@@ -3,11 +3,14 @@
 #include <gtest/gtest.h>
 #include <sys/wait.h>
 
+#include <algorithm>
 #include <cstdio>
 #include <filesystem>
 #include <fstream>
 #include <nlohmann/json.hpp>
 #include <sstream>
+
+#include "devices/session/journal.h"
 
 namespace palpate {
 namespace {
@@ -51,6 +54,7 @@ TEST_F(CommandLine, HelpShowsExamplesAndExitCodes) {
     EXPECT_EQ(help.exit_code, 0);
     EXPECT_THAT(help.out, HasSubstr("palpate simulate config/examples/bunny.yaml"));
     EXPECT_THAT(help.out, HasSubstr("4 incomplete result"));
+    EXPECT_THAT(help.out, HasSubstr("5 a premise that was given is refuted"));
     for (const std::string command : {"simulate", "check", "bench", "picture"}) {
         EXPECT_THAT(palpate(command + " --help").out, HasSubstr("Example: palpate " + command));
     }
@@ -65,6 +69,58 @@ TEST_F(CommandLine, BadUsageIsExitCode2) {
     }
     write_torus();
     EXPECT_EQ(palpate("bench torus.yaml --strategy clever").exit_code, 2);
+}
+
+TEST_F(CommandLine, WhatIsMistypedIsNamedAndTheLikelyWordProposed) {
+    write_torus();
+    const auto expect = [&](const std::string& words, const std::string& said, const std::string& next) {
+        const Outcome outcome = palpate(words);
+        EXPECT_EQ(outcome.exit_code, 2) << words;
+        EXPECT_EQ(outcome.out, "") << words;
+        EXPECT_THAT(outcome.err, ::testing::StartsWith(said + "\n")) << words;
+        EXPECT_THAT(outcome.err, HasSubstr(next)) << words;
+        EXPECT_EQ(std::ranges::count(outcome.err, '\n'), 2) << words << ": " << outcome.err;
+    };
+    const std::string all = "palpate --help";
+    expect("simulat torus.yaml -o s", "palpate: unknown command \"simulat\"; did you mean \"simulate\"?", all);
+    expect("chekc", "palpate: unknown command \"chekc\"; did you mean \"check\"?", all);
+    expect("help", "palpate: unknown command \"help\"; did you mean \"palpate --help\"?", all);
+    expect("help check", "palpate: unknown command \"help\"; did you mean \"palpate --help\"?", all);
+    expect("version", "palpate: unknown command \"version\"; did you mean \"palpate --version\"?", all);
+    expect("nonsense", "palpate: unknown command \"nonsense\"", all);
+    expect("--verison", "palpate: unknown option --verison; did you mean \"--version\"?", all);
+    expect("simulate torus.yaml --ouput s", "palpate: simulate has no option --ouput; did you mean \"--output\"?",
+           "palpate simulate --help");
+    expect("simulate --ouput=s torus.yaml", "palpate: simulate has no option --ouput=s; did you mean \"--output\"?",
+           "palpate simulate --help");
+    expect("simulate torus.yaml -o s --anytime", "palpate: simulate has no option --anytime", "palpate simulate --help");
+    expect("check torus.yaml more.yaml", "palpate: one word too many for check: more.yaml", "palpate check --help");
+    expect("simulate torus.yaml", "palpate simulate: --output is required", "palpate simulate --help");
+    EXPECT_FALSE(fs::exists(folder_ / "s"));
+}
+
+TEST_F(CommandLine, WithoutAWordItSaysWhatItIsAndWhichCommandsItHas) {
+    const Outcome outcome = palpate("");
+    EXPECT_EQ(outcome.exit_code, 2);
+    EXPECT_THAT(outcome.err, ::testing::StartsWith("Palpate discovers the shape of an unknown solid by touching it.\n"));
+    for (const std::string command : {"simulate", "probe", "resume", "picture", "touch", "ports", "vm", "check", "bench"}) {
+        EXPECT_THAT(outcome.err, HasSubstr("\n  " + command + " ")) << "a line of its own";
+    }
+    EXPECT_THAT(outcome.err, HasSubstr("palpate --help"));
+    EXPECT_LE(std::ranges::count(outcome.err, '\n'), 15) << "short";
+}
+
+TEST_F(CommandLine, AnOptionIsNoNameOfAFolder) {
+    write_torus();
+    for (const std::string words : {"simulate torus.yaml -o --force", "simulate torus.yaml --output --no-picture",
+                                    "bench torus.yaml -o --force", "probe torus.yaml -o --yes"}) {
+        const Outcome outcome = palpate(words);
+        EXPECT_EQ(outcome.exit_code, 2) << words;
+        EXPECT_THAT(outcome.err, HasSubstr("looks like an option; give a name")) << words;
+    }
+    EXPECT_FALSE(fs::exists(folder_ / "--force"));
+    EXPECT_EQ(palpate("simulate torus.yaml -o ./-odd --no-picture").exit_code, 0) << "as the message says";
+    EXPECT_TRUE(fs::exists(folder_ / "-odd"));
 }
 
 TEST_F(CommandLine, SimulateLeavesACompleteSession) {
@@ -89,6 +145,53 @@ TEST_F(CommandLine, SimulateLeavesACompleteSession) {
     EXPECT_EQ(read("session/mesh.ply"), read("again/mesh.ply"));
 }
 
+// The same bytes wherever the tree stands, and a tree that is moved still works.
+TEST_F(CommandLine, ASessionNamesItsMeshAsSeenFromItsFolder) {
+    for (const std::string tree : {"here", "else/where"}) {
+        fs::create_directories(folder_ / tree / "meshes");
+        fs::copy_file(std::string(PALPATE_TEST_DATA) + "/cases/asc_name_facet.stl", folder_ / tree / "meshes/part.stl");
+        write(tree + "/part.yaml", "object: {mesh: meshes/part.stl}\nprobing: {epsilon: 6}\n");
+        const Outcome outcome = palpate("simulate " + tree + "/part.yaml -o " + tree + "/session --no-picture");
+        ASSERT_EQ(outcome.exit_code, 0) << outcome.err;
+    }
+    EXPECT_THAT(read("here/session/config.yaml"), HasSubstr("mesh: \"../meshes/part.stl\""));
+    for (const std::string file : {"config.yaml", "mesh.ply", "touches.csv"}) {
+        EXPECT_EQ(read("here/session/" + file), read("else/where/session/" + file)) << file;
+    }
+    fs::rename(folder_ / "here", folder_ / "moved");
+    const Outcome again = palpate("simulate moved/session/config.yaml -o moved/again --no-picture");
+    ASSERT_EQ(again.exit_code, 0) << again.err;
+    EXPECT_EQ(read("moved/session/mesh.ply"), read("moved/again/mesh.ply"));
+}
+
+TEST_F(CommandLine, WhatABudgetEndedIsIncompleteEverywhere) {
+    write_torus(0.1);
+    const Outcome outcome = palpate("simulate torus.yaml -o s --no-picture --set probing.budget.probes=100");
+    EXPECT_EQ(outcome.exit_code, 4);
+    EXPECT_THAT(outcome.out, HasSubstr("the budget of 100 probes ended the run"));
+    EXPECT_THAT(outcome.out, ::testing::Not(HasSubstr("can be reached"))) << "most was not probed";
+    EXPECT_THAT(outcome.err, HasSubstr(" %, "));
+    EXPECT_THAT(outcome.err, ::testing::Not(HasSubstr("100 %")));
+    const auto summary = nlohmann::json::parse(read("s/summary.json"));
+    EXPECT_EQ(summary.at("complete"), false);
+    EXPECT_EQ(summary.at("certificate").at("status"), "incomplete");
+
+    const Outcome whole = palpate("simulate torus.yaml -o t --no-picture");
+    EXPECT_EQ(whole.exit_code, 0);
+    EXPECT_THAT(whole.err, HasSubstr("100 %"));
+    EXPECT_EQ(nlohmann::json::parse(read("t/summary.json")).at("complete"), true);
+}
+
+TEST_F(CommandLine, ABoundThatTouchesRefuteIsExitCode5) {
+    write_torus(0.05);
+    const Outcome outcome = palpate("simulate torus.yaml -o s --no-picture --set probing.reach=0.8");
+    EXPECT_EQ(outcome.exit_code, 5) << outcome.out;
+    EXPECT_EQ(nlohmann::json::parse(read("s/summary.json")).at("certificate").at("status"), "refuted");
+    EXPECT_EQ(palpate("bench torus.yaml --strategy default --set probing.reach=0.8 -o b").exit_code, 5);
+    EXPECT_EQ(palpate("simulate torus.yaml -o t --no-picture --set probing.reach=0.8 --set probing.budget.probes=100").exit_code, 4)
+        << "nothing is established";
+}
+
 TEST_F(CommandLine, PicturesAreDrawnOnRequest) {
     write_torus(0.3);
     const Outcome without = palpate("simulate torus.yaml -o s --no-picture");
@@ -110,7 +213,8 @@ TEST_F(CommandLine, SummaryKeepsItsContract) {
     write_torus(0.3);
     ASSERT_EQ(palpate("simulate torus.yaml -o s").exit_code, 0);
     const auto summary = nlohmann::json::parse(read("s/summary.json"));
-    const auto contract = nlohmann::json::parse(R"({"schema": 1, "samples": 0, "facets": 0, "components": 0, "euler_characteristic": 0,
+    const auto contract = nlohmann::json::parse(R"({"schema": 1, "program": {"name": "", "version": ""},
+        "configuration": {"digest": ""}, "object": {"shape": ""}, "complete": true, "samples": 0, "facets": 0, "components": 0, "euler_characteristic": 0,
         "boundary_edges": 0, "nonmanifold_edges": 0, "epsilon": 0.0, "max_ball_radius": 0.0,
         "probes": {"total": 0, "contact": 0, "clear": 0, "inferred_contact": 0, "inferred_clear": 0, "seed": 0},
         "displacement": {"total": 0.0, "travel": 0.0, "probing": 0.0}, "lower_bounds": {"samples": 0, "displacement": 0.0},
@@ -125,6 +229,32 @@ TEST_F(CommandLine, SummaryKeepsItsContract) {
         EXPECT_EQ(summary.at(key).is_number_float(), value.is_number_float()) << pointer;
     }
     EXPECT_EQ(summary.at("schema"), 1);
+    EXPECT_EQ(summary.at("object").at("shape"), "torus");
+}
+
+TEST_F(CommandLine, ResultsTellProgramConfigurationAndObject) {
+    // What `sha256sum` says.
+    fs::copy_file(std::string(PALPATE_TEST_DATA) + "/cases/asc_name_facet.stl", folder_ / "part.stl");
+    const std::string hash = "e39701be5b4bbbfa39432a16492dc0dbaf76fd8b3bd196e8176c7c3e8157340a";
+    write("part.yaml", "object: {mesh: part.stl}\nprobing: {epsilon: 6}\n");
+    ASSERT_EQ(palpate("simulate part.yaml -o s --no-picture").exit_code, 0);
+    const auto summary = nlohmann::json::parse(read("s/summary.json"));
+    EXPECT_EQ(summary.at("program").at("name"), "palpate");
+    const auto version = summary.at("program").at("version").get<std::string>();
+    EXPECT_EQ(palpate("--version").out, version + "\n");
+    EXPECT_EQ(summary.at("object").at("mesh"), "../part.stl");
+    EXPECT_EQ(summary.at("object").at("sha256"), hash);
+    const std::string digest_text = digest(read("s/config.yaml"));
+    EXPECT_EQ(summary.at("configuration").at("digest"), digest_text);
+    const std::string mesh = read("s/mesh.ply");
+    EXPECT_THAT(mesh, HasSubstr("\ncomment made by Palpate " + version + "; millimetres\ncomment configuration: CRC-32 " + digest_text +
+                                "\ncomment object: SHA-256 " + hash + "\nelement vertex"));
+    EXPECT_THAT(mesh, ::testing::Not(HasSubstr(folder_.string())));
+
+    // A mesh that is not whole says so wherever it goes.
+    ASSERT_EQ(palpate("simulate part.yaml -o t --no-picture --set probing.budget.probes=40").exit_code, 4);
+    EXPECT_THAT(read("t/mesh.ply"), HasSubstr("\ncomment incomplete: Nothing is guaranteed: the budget of"));
+    EXPECT_EQ(palpate("picture t").exit_code, 0) << "comments are read over";
 }
 
 TEST_F(CommandLine, ASessionIsNotOverwrittenUnlessForced) {
@@ -192,6 +322,20 @@ TEST_F(CommandLine, AnObjectThatNoSeedTouchesSaysWhatToGive) {
     EXPECT_EQ(outcome.exit_code, 2);
     EXPECT_THAT(outcome.err, HasSubstr("seed_rays"));
     EXPECT_EQ(palpate("simulate far.yaml -o t --set 'probing.seed_rays=[{from: [5, 5, 9], to: [5, 5, 5]}]'").exit_code, 0);
+}
+
+TEST_F(CommandLine, CheckAndSimulateAgreeOnWhatCannotBegin) {
+    write("small.yaml", "object: {shape: {sphere: {radius: 2}}}\nprobing: {epsilon: 0.5}\n");
+    EXPECT_EQ(palpate("check small.yaml").exit_code, 0);
+    for (const std::string words : {"--set probing.epsilon=50", "--set 'probing.seed_rays=[{from: [9, 9, 9], to: [9, 9, 0]}]'",
+                                    "--set 'probing.seed_rays=[{from: [0, 0, 1], to: [0, 0, 0]}]'"}) {
+        const Outcome check = palpate("check small.yaml " + words);
+        const Outcome simulate = palpate("simulate small.yaml -o s " + words);
+        EXPECT_EQ(simulate.exit_code, 2) << words;
+        EXPECT_EQ(check.exit_code, 2) << words;
+        EXPECT_THAT(simulate.err, ::testing::EndsWith(check.err)) << words;
+        EXPECT_THAT(check.out, ::testing::Not(HasSubstr("good"))) << words;
+    }
 }
 
 TEST_F(CommandLine, BenchComparesStrategies) {
@@ -281,6 +425,16 @@ TEST_F(CommandLine, AFullStandardOutputIsAnError) {
     const int status = std::system(command.c_str());
     EXPECT_EQ(WEXITSTATUS(status), 2);
     EXPECT_THAT(read("err.txt"), HasSubstr("standard output"));
+}
+
+TEST_F(CommandLine, HelpThatCannotBeWrittenIsAnError) {
+    if (!fs::exists("/dev/full")) GTEST_SKIP();
+    for (const std::string words : {"--help", "--version", "simulate --help", "check --help", "bench --help"}) {
+        const std::string command = "cd '" + folder_.string() + "' && '" PALPATE_EXECUTABLE "' " + words + " >/dev/full 2>err.txt";
+        const int status = std::system(command.c_str());
+        EXPECT_EQ(WEXITSTATUS(status), 2) << words;
+        EXPECT_THAT(read("err.txt"), HasSubstr("standard output")) << words;
+    }
 }
 
 TEST_F(CommandLine, AComponentThatIsOnlyTouchedIsFoundAsWell) {

@@ -34,10 +34,11 @@ const std::map<std::string, std::set<std::string>> kMayInclude = {
     {"sim/objects", {"planner"}},
     {"sim/machines", {"sim", "sim/objects", "devices", "devices/modbus", "planner"}},
     {"config", {"sim/objects", "devices", "devices/modbus", "devices/posix", "devices/session", "planner"}},
+    {"tools/terminal", {"devices", "devices/session", "planner"}},
     {"tools/view", {"planner"}},
     {"tools",
-     {"tools/view", "config", "sim", "sim/objects", "sim/machines", "devices", "devices/decorators", "devices/grbl", "devices/modbus",
-      "devices/posix", "devices/session", "planner"}},
+     {"tools/terminal", "tools/view", "config", "sim", "sim/objects", "sim/machines", "devices", "devices/decorators", "devices/grbl",
+      "devices/modbus", "devices/posix", "devices/session", "planner"}},
 };
 // The one door from a top folder into the room below it.
 const std::map<std::string, std::set<std::string>> kDoors = {

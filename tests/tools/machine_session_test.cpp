@@ -2,13 +2,16 @@
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
+#include <algorithm>
 #include <nlohmann/json.hpp>
 
 #include "devices/session/journal.h"
 #include "sim/machines/modbus/virtual_modbus.h"
+#include "sim/machines/pseudo_terminal.h"
 #include "sim/truth.h"
 #include "tests/random.h"
 #include "tests/tools/session_rig.h"
+#include "tools/provenance.h"
 
 namespace palpate {
 namespace {
@@ -271,6 +274,34 @@ TEST_F(MachineSession, CheckSaysWhatASessionWouldRefuse) {
     EXPECT_EQ(machine.audit().moves, 0U);
 }
 
+// Nobody knows what hangs on a silent port: what will be done to it is said before, and is so.
+TEST_F(MachineSession, WhatConnectingMayDoIsSaidBefore) {
+    PseudoTerminal silent(port());
+    EXPECT_EQ(run({"check", "part.yaml"}), 3);
+    const std::string said = read("out.txt");
+    const std::size_t before = said.find("connecting to " + port().string() + ": opening it may reset what is on it");
+    ASSERT_NE(before, std::string::npos) << said;
+    EXPECT_THAT(said, HasSubstr("is sent a reset (Ctrl-X) twice"));
+    EXPECT_THAT(said, HasSubstr("up to 8 s"));
+    EXPECT_GT(said.find("nothing that speaks GRBL answers"), before);
+    (void)silent.take_openings();
+    const std::string sent = silent.read();
+    EXPECT_GE(std::ranges::count(sent, '\x18'), 1);
+    EXPECT_LE(std::ranges::count(sent, '\x18'), 2);
+    EXPECT_EQ(sent.find_first_not_of("?\x18"), std::string::npos) << "no line was sent";
+}
+
+TEST_F(MachineSession, CheckSaysThatTheToolIsWhereNoSessionCanBegin) {
+    VirtualToolOptions inside = axes();
+    inside.start = kOrigin + Point(0, 0, 6);
+    PortMachine machine(port(), {}, inside);
+    EXPECT_EQ(run({"check", "part.yaml"}), 2);
+    EXPECT_THAT(read("out.txt"), HasSubstr("the tool is inside the workspace"));
+    EXPECT_EQ(run(probe("s")), 2);
+    EXPECT_THAT(read("out.txt"), HasSubstr("the tool is inside the workspace")) << "the same verdict";
+    EXPECT_EQ(machine.audit().moves, 0U);
+}
+
 TEST_F(MachineSession, AVirtualMachineRefusesWhatItCannotBe) {
     const auto vm = [&](std::vector<std::string> words) {
         words.insert(words.begin(), {"vm", "part.yaml", "--set", "object.shape.sphere.radius=5"});
@@ -299,6 +330,25 @@ TEST_F(MachineSession, AFullDiskEndsResumable) {
     expect_safe(machine);
 }
 
+TEST_F(MachineSession, ADiskThatIsFullAtTheLastFilesCostsNothing) {
+    if (!fs::exists("/dev/full")) GTEST_SKIP();
+    ASSERT_NO_FATAL_FAILURE(run_reference());
+    fs::create_directories(folder_ / "late");
+    fs::create_symlink("/dev/full", folder_ / "late/summary.json.unfinished");
+    {
+        PortMachine machine(port());
+        EXPECT_EQ(run(probe("late")), 2);
+        expect_safe(machine);
+    }
+    EXPECT_THAT(read("out.txt"), HasSubstr("late/summary.json: cannot be written: No space left on device. Nothing is lost"));
+    EXPECT_THAT(read("out.txt"), HasSubstr("palpate resume late\n"));
+    EXPECT_FALSE(fs::exists(folder_ / "late/summary.json"));
+    // There is room again, and no machine.
+    EXPECT_EQ(run({"resume", "late"}), 0) << read("out.txt");
+    EXPECT_TRUE(fs::exists(folder_ / "late/summary.json"));
+    expect_same("late");
+}
+
 TEST_F(MachineSession, AFinishedSessionIsReplayedByteForByteWithoutAMachine) {
     ASSERT_NO_FATAL_FAILURE(run_reference());
     const std::vector<std::string> files = {"mesh.ply", "summary.json", "touches.csv", "picture.png"};
@@ -316,6 +366,30 @@ TEST_F(MachineSession, AFinishedSessionIsReplayedByteForByteWithoutAMachine) {
     std::ofstream(folder_ / "reference/config.yaml", std::ios::app) << "# changed\n";
     EXPECT_EQ(run({"resume", "--replay", "reference"}), 2);
     EXPECT_THAT(read("out.txt"), HasSubstr("config.yaml: was changed"));
+}
+
+TEST_F(MachineSession, JournalAndResultsTellProgramConfigurationAndObject) {
+    fs::copy_file(std::string(PALPATE_TEST_DATA) + "/cases/asc_name_facet.stl", folder_ / "part.stl");
+    const std::string hash = file_sha256(folder_ / "part.stl");
+    ASSERT_EQ(hash.size(), 64U);
+    PortMachine machine(port());
+    auto words = probe("named");
+    words.insert(words.end(), {"--set", "object.mesh=part.stl"});
+    ASSERT_EQ(run(words), 0) << read("out.txt");
+    EXPECT_THAT(read("named/config.yaml"), HasSubstr("mesh: \"../part.stl\""));
+    // The file may change meanwhile: results tell what it was when the session began.
+    std::ofstream(folder_ / "part.stl", std::ios::app) << "\n";
+    const std::string mesh = read("named/mesh.ply");
+    ASSERT_EQ(run({"resume", "--replay", "named"}), 0) << read("out.txt");
+    EXPECT_EQ(read("named/mesh.ply"), mesh);
+    const JournalHeader header = read_journal(folder_ / "named/journal.jsonl").header;
+    const auto summary = nlohmann::json::parse(read("named/summary.json"));
+    EXPECT_EQ(header.version, summary.at("program").at("version"));
+    EXPECT_EQ(header.config, summary.at("configuration").at("digest"));
+    EXPECT_EQ(header.object_sha256, hash);
+    EXPECT_EQ(summary.at("object").at("sha256"), hash);
+    EXPECT_EQ(summary.at("object").at("mesh"), "../part.stl");
+    EXPECT_THAT(mesh, HasSubstr("\ncomment configuration: CRC-32 " + header.config + "\ncomment object: SHA-256 " + hash + "\n"));
 }
 
 TEST_F(MachineSession, ASecondProcessIsRefusedOnThePortAndOnTheSession) {

@@ -10,6 +10,7 @@
 #include "devices/session/journal.h"
 #include "tests/random.h"
 #include "tests/tools/session_rig.h"
+#include "tests/tools/terminal_rig.h"
 
 namespace palpate {
 namespace {
@@ -101,52 +102,6 @@ TEST_F(ProbeLife, TheWayHomeIsShortAndInTheAccountAndInTheJournal) {
     EXPECT_NEAR(way, home, 1.0) << "from the last contact, but for the retract and what came before the end";
 }
 
-// A terminal with a running palpate in it.
-class Terminal {
-public:
-    Terminal(const fs::path& folder, std::vector<std::string> words) {
-        words.insert(words.begin(), PALPATE_EXECUTABLE);
-        std::vector<char*> argv;
-        for (std::string& word : words) argv.push_back(word.data());
-        argv.push_back(nullptr);
-        id_ = forkpty(&master_, nullptr, nullptr, nullptr);
-        if (id_ != 0) return;
-        if (chdir(folder.c_str()) == 0) execv(argv[0], argv.data());
-        _exit(127);
-    }
-    ~Terminal() { close(master_); }
-    void type(const std::string& text) const { ASSERT_EQ(write(master_, text.data(), text.size()), static_cast<ssize_t>(text.size())); }
-    // Reads on until it has said that; false if it ended before, or did not within 20 s.
-    bool wait_for(const std::string& text) {
-        const auto until = std::chrono::steady_clock::now() + 20s;
-        while (said.find(text) == std::string::npos) {
-            if (std::chrono::steady_clock::now() > until || !read_some()) return false;
-        }
-        return true;
-    }
-    int wait() {
-        while (read_some()) {
-        }
-        int status = 0;
-        waitpid(id_, &status, 0);
-        return WIFEXITED(status) ? WEXITSTATUS(status) : 128 + WTERMSIG(status);
-    }
-    std::string said;
-
-private:
-    bool read_some() {
-        pollfd waiting{master_, POLLIN, 0};
-        if (poll(&waiting, 1, 20'000) <= 0) return false;
-        std::array<char, 4096> bytes{};
-        const ssize_t count = read(master_, bytes.data(), bytes.size());
-        if (count > 0) said.append(bytes.data(), static_cast<std::size_t>(count));
-        return count > 0;
-    }
-
-    int master_ = -1;
-    pid_t id_ = 0;
-};
-
 // The virtual machine is another process, whose probe a signal presses.
 class ByHand : public SessionRig {
 protected:
@@ -171,8 +126,8 @@ protected:
 };
 
 TEST_F(ByHand, ASessionAtATerminalBeginsOnceTheProbeWasSeenToCloseAndToOpen) {
-    Terminal terminal(folder_, {"probe", "part.yaml", "-o", "part"});
-    ASSERT_TRUE(terminal.wait_for("Type yes")) << terminal.said;
+    TypedAt terminal(folder_, {"probe", "part.yaml", "-o", "part"});
+    ASSERT_TRUE(terminal.wait_for("let the machine move: ")) << terminal.said;
     terminal.type("yes\n");
     ASSERT_TRUE(terminal.wait_for("Press the probe by hand")) << terminal.said;
     machine_->send(SIGUSR1);
@@ -182,8 +137,8 @@ TEST_F(ByHand, ASessionAtATerminalBeginsOnceTheProbeWasSeenToCloseAndToOpen) {
 }
 
 TEST_F(ByHand, NothingMovesWithoutThat) {
-    Terminal terminal(folder_, {"probe", "part.yaml", "-o", "part"});
-    ASSERT_TRUE(terminal.wait_for("Type yes")) << terminal.said;
+    TypedAt terminal(folder_, {"probe", "part.yaml", "-o", "part"});
+    ASSERT_TRUE(terminal.wait_for("let the machine move: ")) << terminal.said;
     terminal.type("yes\n");
     ASSERT_TRUE(terminal.wait_for("Press the probe by hand")) << terminal.said;
     terminal.type("\n");
@@ -194,7 +149,7 @@ TEST_F(ByHand, NothingMovesWithoutThat) {
 
 TEST_F(ByHand, CheckAsksForItToo) {
     for (const bool presses : {true, false}) {
-        Terminal terminal(folder_, {"check", "part.yaml"});
+        TypedAt terminal(folder_, {"check", "part.yaml"});
         ASSERT_TRUE(terminal.wait_for("Press the probe by hand")) << terminal.said;
         presses ? machine_->send(SIGUSR1) : terminal.type("\n");
         EXPECT_EQ(terminal.wait(), presses ? 0 : 2) << terminal.said;

@@ -117,6 +117,7 @@ protected:
             if (id_ != 0) return;
             // Only what may be called between fork and exec.
             ::signal(SIGHUP, SIG_DFL);  // nohup would have it ignored
+            setsid();                   // nobody sits at the terminal of the tests
             const int file = open(out.c_str(), O_WRONLY | O_CREAT | O_TRUNC, 0644);
             dup2(file, STDOUT_FILENO);
             dup2(file, STDERR_FILENO);
@@ -129,6 +130,7 @@ protected:
             if (chdir(folder.c_str()) == 0) execv(argv[0], argv.data());
             _exit(127);
         }
+        [[nodiscard]] pid_t id() const { return id_; }
         void send(int signal) const { kill(id_, signal); }
         // Exit code; 128 and the signal if one ended it.
         [[nodiscard]] int wait() {

@@ -3,7 +3,8 @@
 
 #include <fmt/format.h>
 
-#include <iostream>
+#include <algorithm>
+#include <ostream>
 
 #include "config/reader.h"
 #include "config/strategy_names.h"
@@ -15,7 +16,9 @@
 
 namespace palpate {
 
-ExitCode run(const BenchCommand& command, std::ostream& out) {
+ExitCode run(const BenchCommand& command, Output& output) {
+    StopSignals signals;
+    std::ostream& out = output.results;
     std::vector<Strategy> strategies;
     for (const std::string& name : command.strategies) strategies.push_back(parse_strategy(name));
     // All that can fail without a run fails before the first.
@@ -52,20 +55,25 @@ ExitCode run(const BenchCommand& command, std::ostream& out) {
     }
 
     std::vector<BenchRow> rows;
-    bool incomplete = false;
+    std::vector<ExitCode> codes;
     for (std::size_t k = 0; k < scenes.size(); ++k) {
         auto& [config, scene] = scenes[k];
         for (const Strategy& strategy : strategies) {
             config.probing.strategy = strategy;
-            rows.push_back({command.configs[k].stem().string(), strategy, config.probing.epsilon, simulate_with_progress(config, scene)});
+            rows.push_back({command.configs[k].stem().string(), strategy, config.probing.epsilon,
+                            simulate_with_progress(config, scene, output, signals)});
+            if (signals.token().stop_requested()) throw Stopped("stopped; nothing was written");
             warn_of_other_truth(rows.back().run);
-            incomplete |= exit_code_of(rows.back().run.result) == ExitCode::incomplete;
+            codes.push_back(exit_code_of(rows.back().run.result));
         }
     }
-    out << bench_table(rows);
+    out << bench_table(rows, output.columns);
     write_file(csv, bench_csv(rows));
     write_file(other, bench_json(rows));
-    return incomplete ? ExitCode::incomplete : ExitCode::done;
+    for (const ExitCode worst : {ExitCode::incomplete, ExitCode::refuted}) {
+        if (std::ranges::find(codes, worst) != codes.end()) return worst;
+    }
+    return ExitCode::done;
 }
 
 }  // namespace palpate

@@ -1,24 +1,37 @@
 // palpate check: would a session begin? Moves nothing.
 #include <fmt/format.h>
-#include <unistd.h>
 
-#include <iostream>
+#include <ostream>
 
 #include "config/reader.h"
 #include "config/strategy_names.h"
+#include "devices/errors.h"
 #include "planner/number_text.h"
 #include "tools/commands/commands.h"
 #include "tools/hindsight.h"
 #include "tools/machine.h"
-#include "tools/probe_proof.h"
 #include "tools/session_plan.h"
-#include "tools/stop_signals.h"
+#include "tools/terminal/probe_proof.h"
+#include "tools/terminal/stop_signals.h"
+#include "tools/terminal/terminal.h"
 
 namespace palpate {
 namespace {
 
+// What a session would say against the place where the tool is; nothing if it would not, or if nobody knows the place yet.
+std::string start_problem(Machine& machine, const Region& workspace, const Box& limits, const Point& position) {
+    if (!machine.is_position_trusted()) return {};
+    try {
+        check_start(workspace, limits, position);
+    } catch (const SetupError& error) {
+        return error.what();
+    }
+    return {};
+}
+
 // Everything that a session on the machine would refuse is refused here, and nothing moves.
-ExitCode check_machine(const CheckCommand& command, const SessionConfig& config, std::ostream& out) {
+ExitCode check_machine(const CheckCommand& command, const SessionConfig& config, Output& output) {
+    std::ostream& out = output.results;
     const Region workspace = machine_workspace(config);
     const MotionModel& k = config.machine->motion;
     out << "workspace      around " << point_text(workspace.center()) << ", radius " << workspace.radius() << " mm; within machine.limits\n"
@@ -31,11 +44,14 @@ ExitCode check_machine(const CheckCommand& command, const SessionConfig& config,
         out << "the configuration is good; the machine was not asked\n";
         return ExitCode::done;
     }
-    const StopSignals signals;
+    StopSignals signals;
     const std::unique_ptr<Machine> machine = connect(*config.machine, signals.token());
     const MachineReport report = machine->report();
     out << "machine        " << report.identity << "\nstate          " << report.state << ", at " << point_text(report.position) << '\n';
     bool good = !report.has_problems();
+    const std::string problem = start_problem(*machine, workspace, config.machine->limits, report.position);
+    if (!problem.empty()) out << "start          <- " << problem << '\n';
+    good &= problem.empty();
     for (const MachineSetting& setting : report.settings) {
         out << "  " << setting.name << ": " << setting.value << (setting.problem.empty() ? "" : fmt::format("  <- {}", setting.problem))
             << '\n';
@@ -47,9 +63,8 @@ ExitCode check_machine(const CheckCommand& command, const SessionConfig& config,
                        : "  <- machine.limits go beyond it: move machine.origin, or make them narrower\n");
         good &= inside;
     }
-    const bool at_terminal = ::isatty(STDIN_FILENO) != 0 && ::isatty(STDERR_FILENO) != 0;
-    if (is_proven_by_hand(config.machine->probe_proof, at_terminal)) {
-        const bool works = see_probe_pressed(*machine, STDIN_FILENO, "go on without", std::cerr, signals.token());
+    if (is_proven_by_hand(config.machine->probe_proof, Terminal::of_process().has_value())) {
+        const bool works = see_probe_pressed(*machine, "go on without", output.console, signals);
         out << "  probe works: " << (works ? "yes, it closed and opened\n" : "not shown  <- look at its lead, plug and battery\n");
         good &= works;
     } else {
@@ -61,12 +76,14 @@ ExitCode check_machine(const CheckCommand& command, const SessionConfig& config,
 
 }  // namespace
 
-ExitCode run(const CheckCommand& command, std::ostream& out) {
+ExitCode run(const CheckCommand& command, Output& output) {
+    std::ostream& out = output.results;
     const SessionConfig config = read_config(command.config, command.overrides);
-    if (config.machine) return check_machine(command, config, out);
+    if (config.machine) return check_machine(command, config, output);
     const Scene scene = build_scene(config);
     print_warnings(scene.object);
     warn_of_false_reach(config, scene.object);
+    check_seeds(config, scene);
     const Box& bounds = scene.object.bounds();
     const Options& probing = config.probing;
     out << "object         " << point_text(bounds.min) << " to " << point_text(bounds.max) << ", " << scene.object.components()
@@ -81,7 +98,7 @@ ExitCode run(const CheckCommand& command, std::ostream& out) {
         << "seeds          "
         << (probing.seed_rays.empty() ? "rays towards the centre of the workspace"
                                       : fmt::format("{} seed ray(s)", probing.seed_rays.size()))
-        << "\nthe configuration is good\n";
+        << "; they touch the object\nthe configuration is good\n";
     return ExitCode::done;
 }
 

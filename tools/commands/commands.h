@@ -3,11 +3,11 @@
 
 #include <cstdint>
 #include <filesystem>
-#include <iosfwd>
 #include <string>
 #include <vector>
 
 #include "tools/results.h"
+#include "tools/terminal/output.h"
 
 namespace palpate {
 
@@ -20,6 +20,8 @@ enum class ExitCode : int {
     usage = 2,       // bad usage, configuration, object or folder
     device = 3,      // device fault, resumable
     incomplete = 4,  // the result does not fulfil what it has to
+    refuted = 5,     // it does, but touches contradict what the user vouched for
+                     // 6 is kept for a part that is out of its tolerance
 };
 
 struct SimulateCommand {
@@ -45,6 +47,7 @@ struct ResumeCommand {
     std::filesystem::path folder;
     std::vector<std::string> overrides;  // how the machine is reached now
     bool replay = false;                 // from the journal alone, without a machine
+    bool salvage = false;                // from what is before the first damage of its journal
     bool yes = false;
     PictureChoice picture;
 };
@@ -84,21 +87,21 @@ struct BenchCommand {
     bool anytime = false;  // errors before the end instead of the table
 };
 
-// Results go to `out`, progress, questions and warnings to standard error. They throw what the parts throw.
-ExitCode run(const SimulateCommand& command, std::ostream& out);
-ExitCode run(const CheckCommand& command, std::ostream& out);
-ExitCode run(const BenchCommand& command, std::ostream& out);
-ExitCode run(const ProbeCommand& command, std::ostream& out);
-ExitCode run(const ResumeCommand& command, std::ostream& out);
-ExitCode run(const PictureCommand& command, std::ostream& out);
-ExitCode run(const TouchCommand& command, std::ostream& out);
-ExitCode run(const PortsCommand& command, std::ostream& out);
-ExitCode run(const VmCommand& command, std::ostream& out);
+// They throw what the parts throw.
+ExitCode run(const SimulateCommand& command, Output& output);
+ExitCode run(const CheckCommand& command, Output& output);
+ExitCode run(const BenchCommand& command, Output& output);
+ExitCode run(const ProbeCommand& command, Output& output);
+ExitCode run(const ResumeCommand& command, Output& output);
+ExitCode run(const PictureCommand& command, Output& output);
+ExitCode run(const TouchCommand& command, Output& output);
+ExitCode run(const PortsCommand& command, Output& output);
+ExitCode run(const VmCommand& command, Output& output);
 
 // Of a run that came to its end.
 [[nodiscard]] ExitCode exit_code_of(const Result& result);
 // Says on standard error what the exception in flight means, in one message, and gives the exit code for it. REQUIRES:
 // called in a catch block.
-ExitCode explain_current_exception();
+ExitCode explain_current_exception(Output& output);
 
 }  // namespace palpate

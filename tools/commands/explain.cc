@@ -1,4 +1,6 @@
-#include <iostream>
+#include <fmt/format.h>
+
+#include <nlohmann/json.hpp>
 
 #include "config/config_error.h"
 #include "devices/errors.h"
@@ -11,13 +13,34 @@
 
 namespace palpate {
 
-ExitCode exit_code_of(const Result& result) {
-    return result.certificate.status == Certificate::Status::incomplete ? ExitCode::incomplete : ExitCode::done;
+namespace {
+
+void tell(Output& output, const std::string& what, ExitCode code) {
+    output.console.write(fmt::format("palpate: {}\n", what));
+    if (output.events == nullptr) return;
+    using Json = nlohmann::ordered_json;
+    const Json event = {{"event", "error"}, {"exit_code", static_cast<int>(code)}, {"text", what}};
+    output.events->write(event.dump(-1, ' ', false, Json::error_handler_t::replace) + '\n');
 }
 
-ExitCode explain_current_exception() {
-    const auto say = [](const std::exception& error, ExitCode code) {
-        std::cerr << "palpate: " << error.what() << '\n';
+}  // namespace
+
+ExitCode exit_code_of(const Result& result) {
+    switch (result.certificate.status) {
+        case Certificate::Status::incomplete:
+            return ExitCode::incomplete;  // whatever else is refuted
+        case Certificate::Status::refuted:
+            return ExitCode::refuted;
+        case Certificate::Status::certified:
+        case Certificate::Status::conditional:
+            break;
+    }
+    return ExitCode::done;
+}
+
+ExitCode explain_current_exception(Output& output) {
+    const auto say = [&](const std::exception& error, ExitCode code) {
+        tell(output, error.what(), code);
         return code;
     };
     try {
@@ -43,8 +66,8 @@ ExitCode explain_current_exception() {
     } catch (const ReplayMismatch& error) {
         return say(error, ExitCode::usage);
     } catch (const std::exception& error) {
-        std::cerr << "palpate: internal error: " << error.what()
-                  << "\nThis is a bug; please report it with the configuration that shows it.\n";
+        tell(output, fmt::format("internal error: {}\nThis is a bug; please report it with the configuration that shows it.", error.what()),
+             ExitCode::internal);
         return ExitCode::internal;
     }
 }

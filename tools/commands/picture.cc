@@ -7,7 +7,8 @@
 
 namespace palpate {
 
-ExitCode run(const PictureCommand& command, std::ostream& out) {
+ExitCode run(const PictureCommand& command, Output& output) {
+    std::ostream& out = output.results;
     draw_session_picture(command.folder, command.up);
     out << "written to     " << (command.folder / kPictureFile).string() << '\n';
     return ExitCode::done;

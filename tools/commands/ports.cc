@@ -6,7 +6,8 @@
 
 namespace palpate {
 
-ExitCode run(const PortsCommand& /*command*/, std::ostream& out) {
+ExitCode run(const PortsCommand&, Output& output) {
+    std::ostream& out = output.results;
     const std::vector<PortInfo> ports = list_ports();
     if (ports.empty()) out << "no serial ports\n";
     for (const PortInfo& port : ports) {

@@ -4,19 +4,26 @@
 #include "tools/commands/commands.h"
 #include "tools/operated_session.h"
 #include "tools/session_files.h"
+#include "tools/session_folder.h"
 #include "tools/session_plan.h"
 
 namespace palpate {
 
-ExitCode run(const ProbeCommand& command, std::ostream& out) {
-    const StopSignals signals;
+ExitCode run(const ProbeCommand& command, Output& output) {
+    StopSignals signals;
     const SessionConfig config = read_config(command.config, command.overrides);
     (void)machine_workspace(config);
-    remove_unbegun_session(command.folder);
-    prepare_session_folder(command.folder, false);
-    write_file(command.folder / kConfigFile, write_config(config));
+    const std::string text = write_config(config, command.folder);
+    // A process that was killed before its session began has left its configuration, and an empty journal perhaps.
+    const auto was_left = [&](std::string_view file) {
+        const std::filesystem::path there = command.folder / file;
+        return file == kConfigFile && (std::filesystem::exists(command.folder / kJournalFile) || read_file(there) == text);
+    };
+    const SessionFolder folder = SessionFolder::begin(command.folder, inputs_of(config, command.config), was_left);
+    write_file(command.folder / kConfigFile, text);
     try {
-        return run_session(command.folder, config, command.picture, host_for(*config.machine, command.yes, signals), out, start_session);
+        return run_session(plan_session(config, command.folder, text), config, command.folder, command.picture,
+                           host_for(config, command.yes, output, signals), output, signals, start_session);
     } catch (...) {
         remove_unbegun_session(command.folder);
         throw;

@@ -1,28 +1,41 @@
 // palpate simulate: a run on a hidden object, and the truth about it.
-#include <ostream>
+#include <fmt/format.h>
 
 #include "config/reader.h"
 #include "config/writer.h"
+#include "devices/errors.h"
+#include "devices/session/journal.h"
 #include "tools/commands/commands.h"
 #include "tools/hindsight.h"
+#include "tools/provenance.h"
 #include "tools/results.h"
 #include "tools/session_files.h"
+#include "tools/session_folder.h"
+#include "tools/session_plan.h"
 #include "tools/summary.h"
 
 namespace palpate {
 
-ExitCode run(const SimulateCommand& command, std::ostream& out) {
+ExitCode run(const SimulateCommand& command, Output& output) {
+    StopSignals signals;
     const SessionConfig config = read_config(command.config, command.overrides);
     const Scene scene = build_scene(config);
     print_warnings(scene.object);
-    prepare_session_folder(command.folder, command.force);
+    const SessionFolder folder =
+        SessionFolder::begin(command.folder, inputs_of(config, command.config), [&](std::string_view) { return command.force; });
     warn_of_false_reach(config, scene.object);
-    const Simulation run = simulate_with_progress(config, scene);
+    const std::string text = write_config(config, command.folder);
+    // Before the run, in which the mesh file may change.
+    const Provenance provenance = provenance_of(config, command.folder, digest(text), object_sha256(config));
+    const Simulation run = simulate_with_progress(config, scene, output, signals);
+    if (signals.token().stop_requested()) throw Stopped("stopped; nothing was written");
     warn_of_other_truth(run);
-    write_file(command.folder / kConfigFile, write_config(config));
-    const std::string files = write_results(command.folder, run.result, to_json(run, config.probing.epsilon), command.picture);
-    print_result(run.result, config.probing.epsilon, describe_truth(run), out);
-    out << "written to     " << command.folder.string() << ": config.yaml, " << files << '\n';
+    write_file(command.folder / kConfigFile, text);
+    const std::string summary = to_json(run, config.probing.epsilon, provenance);
+    const std::string files = write_results(command.folder, run.result, provenance, summary, command.picture);
+    signals.release();
+    tell_result(output, run.result, config.probing.epsilon, describe_truth(run), summary, command.folder,
+                fmt::format("config.yaml, {}", files));
     return exit_code_of(run.result);
 }
 

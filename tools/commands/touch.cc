@@ -1,18 +1,17 @@
 // palpate touch: one guarded touch.
 #include <fmt/format.h>
-#include <unistd.h>
 
-#include <iostream>
+#include <ostream>
 
 #include "config/reader.h"
 #include "devices/errors.h"
 #include "devices/session/guarded_machine.h"
 #include "planner/number_text.h"
 #include "tools/commands/commands.h"
-#include "tools/consent.h"
 #include "tools/machine.h"
 #include "tools/session_plan.h"
-#include "tools/stop_signals.h"
+#include "tools/terminal/consent.h"
+#include "tools/terminal/stop_signals.h"
 
 namespace palpate {
 namespace {
@@ -24,8 +23,9 @@ Point point_of(const std::vector<double>& coordinates, const char* option) {
 
 }  // namespace
 
-ExitCode run(const TouchCommand& command, std::ostream& out) {
-    const StopSignals signals;
+ExitCode run(const TouchCommand& command, Output& output) {
+    StopSignals signals;
+    std::ostream& out = output.results;
     const SessionConfig config = read_config(command.config, command.overrides);
     if (!config.machine) throw SetupError(fmt::format("machine: missing; a touch needs {}", connection_keys()));
     const MachineConfig& machine_config = *config.machine;
@@ -38,18 +38,21 @@ ExitCode run(const TouchCommand& command, std::ostream& out) {
         throw SetupError(
             fmt::format("{} is outside machine.limits, {} to {}", point_text(p), point_text(limits.min), point_text(limits.max)));
     }
-    GuardedMachine guarded(connect(machine_config, signals.token()), machine_config);
+    GuardedMachine guarded(connect(machine_config, signals.token()), machine_config, signals.token(), [&] { signals.pause(); });
     const MachineReport report = guarded.machine().report();
     ProbeDevice& device = guarded.device();
-    ask_consent(describe_plan(report, machine_config.homes_first(report),
+    ask_consent(describe_plan(report, machine_config,
                               fmt::format("It will move, guarded, straight to {}, then towards {} until it touches, and back.",
                                           point_text(from), point_text(to))),
-                command.yes, STDIN_FILENO, std::cerr, signals.token());
+                command.yes, output.console, signals);
     guarded.machine().make_ready();
     // Nothing has shown yet that the probe works.
     const MoveResult there = move_past_sparks(device, from, Pace::probe);
     if (there.outcome != MoveResult::Outcome::reached) throw UnexpectedContact(there.position, "the way to --from");
     const MoveResult touch = device.guarded_move(to, Pace::probe);
+    const MoveResult back = device.guarded_move(from, Pace::travel);
+    if (back.outcome != MoveResult::Outcome::reached) throw UnexpectedContact(back.position, "the way back");
+    signals.release();
     switch (touch.outcome) {
         case MoveResult::Outcome::reached:
             out << "clear: nothing was touched\n";
@@ -71,8 +74,6 @@ ExitCode run(const TouchCommand& command, std::ostream& out) {
         out << "  " << (event.kind == DeviceEvent::Kind::spurious_trigger ? "false trigger at " : "event at ") << point_text(event.position)
             << '\n';
     }
-    const MoveResult back = device.guarded_move(from, Pace::travel);
-    if (back.outcome != MoveResult::Outcome::reached) throw UnexpectedContact(back.position, "the way back");
     const bool is_answered = touch.outcome == MoveResult::Outcome::reached || touch.outcome == MoveResult::Outcome::contact;
     return is_answered ? ExitCode::done : ExitCode::incomplete;
 }

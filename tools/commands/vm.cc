@@ -1,12 +1,19 @@
 // palpate vm: a virtual machine for any program that drives one.
 #include <fmt/format.h>
 #include <spdlog/spdlog.h>
+#include <sys/socket.h>
+#include <sys/un.h>
+#include <unistd.h>
 
+#include <algorithm>
 #include <charconv>
 #include <csignal>
+#include <cstddef>
+#include <filesystem>
 #include <functional>
 #include <memory>
 #include <nlohmann/json.hpp>
+#include <optional>
 #include <ostream>
 
 #include "config/reader.h"
@@ -15,8 +22,9 @@
 #include "sim/machines/modbus/virtual_modbus.h"
 #include "tools/commands/commands.h"
 #include "tools/session_files.h"
+#include "tools/session_plan.h"
 #include "tools/simulation.h"
-#include "tools/stop_signals.h"
+#include "tools/terminal/stop_signals.h"
 
 namespace palpate {
 namespace {
@@ -72,12 +80,13 @@ volatile std::sig_atomic_t is_hand_wanted = 0;
 void want_hand(int /*signal*/) { is_hand_wanted = 1; }
 
 // Until the end is asked for; `press` holds the probe closed, or lets go of it.
-void wait(const StopSignals& signals, const std::function<void(bool)>& press) {
+void wait(StopSignals& signals, const std::function<void(bool)>& press) {
     struct sigaction action {};
     action.sa_handler = want_hand;
     ::sigaction(SIGUSR1, &action, nullptr);
     std::optional<std::chrono::steady_clock::time_point> release;
     while (!signals.token().stop_requested()) {
+        signals.pause();
         if (is_hand_wanted != 0) {
             is_hand_wanted = 0;
             press(true);
@@ -90,6 +99,35 @@ void wait(const StopSignals& signals, const std::function<void(bool)>& press) {
         std::this_thread::sleep_for(kPoll);
     }
 }
+
+// The link to a virtual machine's port while it runs: another one may take over what a dead one left, but nothing else.
+class LinkOwner {
+public:
+    // Throws SetupError if a running machine has it.
+    explicit LinkOwner(const std::filesystem::path& link) {
+        sockaddr_un name{};
+        name.sun_family = AF_UNIX;
+        // A name in no folder (the first byte is 0), which ends with the process. Long ones are told apart by what they end in.
+        const std::string whole = fmt::format(
+            "palpate vm {}", (std::filesystem::weakly_canonical(std::filesystem::absolute(link).parent_path()) / link.filename()).string());
+        constexpr std::size_t kMost = sizeof(name.sun_path) - 1;
+        const std::string shown = whole.size() > kMost ? whole.substr(whole.size() - kMost) : whole;
+        std::ranges::copy(shown, name.sun_path + 1);
+        socket_ = ::socket(AF_UNIX, SOCK_DGRAM | SOCK_CLOEXEC, 0);
+        const auto length = static_cast<socklen_t>(offsetof(sockaddr_un, sun_path) + 1 + shown.size());
+        if (::bind(socket_, reinterpret_cast<const sockaddr*>(&name), length) == 0) return;
+        ::close(socket_);
+        throw SetupError(fmt::format("{}: leads to a virtual machine that runs; end it first, or choose another link", link.string()));
+    }
+    ~LinkOwner() { ::close(socket_); }
+    LinkOwner(const LinkOwner&) = delete;
+    LinkOwner& operator=(const LinkOwner&) = delete;
+    LinkOwner(LinkOwner&&) = delete;
+    LinkOwner& operator=(LinkOwner&&) = delete;
+
+private:
+    int socket_ = -1;
+};
 
 int port_of(const std::string& where) {
     const std::size_t colon = where.rfind(':');
@@ -106,7 +144,7 @@ int port_of(const std::string& where) {
     return port;
 }
 
-void run_grbl(const VmCommand& command, const HiddenObject& object, const VirtualToolOptions& axes, const StopSignals& signals,
+void run_grbl(const VmCommand& command, const HiddenObject& object, const VirtualToolOptions& axes, StopSignals& signals,
               std::ostream& out) {
     VirtualTool tool(object, axes);
     VirtualGrblOptions options;
@@ -125,6 +163,7 @@ void run_grbl(const VmCommand& command, const HiddenObject& object, const Virtua
             << std::endl;
         wait(signals, [&](bool pressed) { host.with([&](VirtualGrbl&) { tool.press(pressed); }); });
     }
+    signals.release();
     report(command, tool.audit(), out);
 }
 
@@ -137,7 +176,7 @@ std::unique_ptr<VirtualModbus> start_modbus(const HiddenObject& object, const Vi
     }
 }
 
-void run_modbus(const VmCommand& command, const HiddenObject& object, const VirtualToolOptions& axes, int unit, const StopSignals& signals,
+void run_modbus(const VmCommand& command, const HiddenObject& object, const VirtualToolOptions& axes, int unit, StopSignals& signals,
                 std::ostream& out) {
     if (command.spurious > 0 || command.bounce > 0 || command.miss > 0 || command.dialect != "grbl") {
         throw SetupError("--spurious, --bounce, --miss and --dialect are of the virtual GRBL controller: leave them out, or give --grbl");
@@ -157,13 +196,15 @@ void run_modbus(const VmCommand& command, const HiddenObject& object, const Virt
     out << "; Ctrl-C ends it" << std::endl;
     wait(signals,
          [&](bool pressed) { modbus.with_controller([&](VirtualModbusController& controller) { controller.tool().press(pressed); }); });
+    signals.release();
     report(command, modbus.with_controller([](const VirtualModbusController& controller) { return controller.tool().audit(); }), out);
 }
 
 }  // namespace
 
-ExitCode run(const VmCommand& command, std::ostream& out) {
-    const StopSignals signals;
+ExitCode run(const VmCommand& command, Output& output) {
+    StopSignals signals;
+    std::ostream& out = output.results;
     const SessionConfig config = read_config(command.config, command.overrides);
     if (!config.machine) throw SetupError("machine: missing; a virtual machine needs to know how it moves");
     const int kinds = (command.grbl.empty() ? 0 : 1) + (command.modbus.empty() ? 0 : 1) + (command.modbus_rtu.empty() ? 0 : 1);
@@ -172,7 +213,14 @@ ExitCode run(const VmCommand& command, std::ostream& out) {
     if (!is_share(command.spurious) || !is_share(command.bounce) || !is_share(command.miss)) {
         throw SetupError("--spurious, --bounce, --miss: allowed: from 0 to 1");
     }
+    for (const std::filesystem::path& input : inputs_of(config, command.config)) {
+        std::error_code ignored;
+        if (std::filesystem::equivalent(input, command.audit, ignored))
+            throw SetupError(fmt::format("--audit {}: is read by this run; choose another file", command.audit.string()));
+    }
     if (!command.audit.empty()) write_file(command.audit, "");  // what cannot be written is found out now
+    std::optional<LinkOwner> owner;
+    if (command.modbus.empty()) owner.emplace(command.grbl.empty() ? command.modbus_rtu : command.grbl);
     const Scene scene = build_scene(config);
     const VirtualToolOptions axes = tool_options(config, scene.workspace);
     if (command.grbl.empty()) {

@@ -99,14 +99,14 @@ void ModbusMotion::send(const ArmedMove& move, Watch& watch) {
     watch.deadline = clock_.now() + nanoseconds(2 * expected + patience_);
 }
 
-void ModbusMotion::reconnect(Watch& watch, const std::stop_token& stop) {
+void ModbusMotion::reconnect(Watch& watch, const StopToken& stop) {
     ++watch.reconnects;
     client_.link().reconnect(stop);
     watch.events.push_back(DeviceEvent::Kind::reconnected);
 }
 
 // A network that is away is waited for; without a heartbeat the axes have stopped by then.
-ModbusStatus ModbusMotion::status_through_reconnects(Watch& watch, const std::stop_token& stop) {
+ModbusStatus ModbusMotion::status_through_reconnects(Watch& watch, const StopToken& stop) {
     const auto give_up_at = clock_.now() + nanoseconds(client_.link().options().reconnect_time);
     while (true) {
         try {
@@ -270,15 +270,17 @@ void ModbusMotion::drop_set_point(const ModbusStatus& status, Watch& watch) {
     }
 }
 
-void ModbusMotion::require_in_time(const ModbusStatus& status, const ArmedMove& move, const Watch& watch) const {
-    if (clock_.now() <= watch.deadline) return;
+void ModbusMotion::require_in_time(const ModbusStatus& status, std::chrono::nanoseconds looked_at, const ArmedMove& move,
+                                   const Watch& watch) const {
+    // What it said before counts for nothing: this process may have been stopped meanwhile.
+    if (looked_at <= watch.deadline) return;
     throw DeviceTimeout(fmt::format(
         "waited for {} to end command {}, a move to {} (machine); it is at {} and still moves: does it take the velocity that it is given? "
         "{}",
         client_.link().name(), watch.sequence, point_text(move.target), point_text(status.actual), client_.link().last_exchange()));
 }
 
-MotionEnd ModbusMotion::run(const ModbusStatus& before, const ArmedMove& move, const std::stop_token& stop) {
+MotionEnd ModbusMotion::run(const ModbusStatus& before, const ArmedMove& move, const StopToken& stop) {
     Watch watch{.before = before,
                 .previous = before.sequence,
                 .shows_quick_stop = before.has(cia402::kQuickStopInactive),
@@ -296,8 +298,8 @@ MotionEnd ModbusMotion::run(const ModbusStatus& before, const ArmedMove& move, c
             end->events.insert(end->events.end(), lost, DeviceEvent::Kind::repeated_command);
             return *std::move(end);
         }
-        if (stop.stop_requested()) throw Stopped(fmt::format("stopped on the way to {} (machine)", point_text(move.target)));
-        require_in_time(status, move, watch);
+        if (stop.halt_requested()) throw Stopped(fmt::format("stopped on the way to {} (machine)", point_text(move.target)));
+        require_in_time(status, looked_at, move, watch);
         if (const auto next = looked_at + kPoll; clock_.now() < next) clock_.sleep(next - clock_.now());
     }
 }

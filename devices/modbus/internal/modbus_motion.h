@@ -3,7 +3,6 @@
 
 #include <cstdint>
 #include <optional>
-#include <stop_token>
 #include <string>
 #include <vector>
 
@@ -12,6 +11,7 @@
 #include "devices/modbus/internal/modbus_client.h"
 #include "devices/motion_model.h"
 #include "devices/probe_device.h"
+#include "devices/stop_request.h"
 
 namespace palpate {
 
@@ -47,7 +47,7 @@ public:
     // Throws DeviceAlarm when somebody else has the machine (fault, drives disabled, quick stop, a command of another master): send
     // nothing more. Throws FalseReport when the axes stand, PositionLost if the controller has restarted, ConnectionLost when the
     // connection came back but the controller had given up the move, and when it did not come back.
-    [[nodiscard]] MotionEnd run(const ModbusStatus& before, const ArmedMove& move, const std::stop_token& stop);
+    [[nodiscard]] MotionEnd run(const ModbusStatus& before, const ArmedMove& move, const StopToken& stop);
     // Slows down and waits for standstill. A heartbeat fault is reset: the position stays true. Throws as run, never Stopped.
     ModbusStatus stop();
     // Halts the axes if they move, and throws FalseReport with what is to be done.
@@ -64,8 +64,8 @@ private:
 
     void send(const ArmedMove& move, Watch& watch);
     [[nodiscard]] std::uint16_t next_sequence(std::uint16_t echoed);
-    void reconnect(Watch& watch, const std::stop_token& stop);
-    [[nodiscard]] ModbusStatus status_through_reconnects(Watch& watch, const std::stop_token& stop);
+    void reconnect(Watch& watch, const StopToken& stop);
+    [[nodiscard]] ModbusStatus status_through_reconnects(Watch& watch, const StopToken& stop);
     [[nodiscard]] std::optional<MotionEnd> judge(const ModbusStatus& status, const ArmedMove& move, Watch& watch);
     [[nodiscard]] bool is_taken(const ModbusStatus& status, Watch& watch);
     void require_our_command(const ModbusStatus& status) const;
@@ -73,7 +73,7 @@ private:
     [[noreturn]] void give_up_untaken(const ModbusStatus& status, const Watch& watch) const;
     [[nodiscard]] bool is_credible(const ModbusStatus& status, const ArmedMove& move, Watch& watch);
     void go_on(const ModbusStatus& status, const ArmedMove& move, Watch& watch);
-    void require_in_time(const ModbusStatus& status, const ArmedMove& move, const Watch& watch) const;
+    void require_in_time(const ModbusStatus& status, std::chrono::nanoseconds looked_at, const ArmedMove& move, const Watch& watch) const;
     void drop_set_point(const ModbusStatus& status, Watch& watch);
     [[nodiscard]] std::string state_of(const ModbusStatus& status) const;
 

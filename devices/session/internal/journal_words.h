@@ -1,4 +1,4 @@
-// The words that the journal has for values.
+// The words that the journal has for values, and its schema.
 #pragma once
 
 #include <array>
@@ -8,6 +8,8 @@
 #include "devices/probe_device.h"
 
 namespace palpate {
+
+inline constexpr unsigned kJournalSchema = 2;  // it rises when a key goes or means something else; a further key is no change
 
 inline constexpr std::array<std::pair<Pace, std::string_view>, 3> kPaceWords = {
     {{Pace::travel, "travel"}, {Pace::probe, "probe"}, {Pace::touch, "touch"}}};

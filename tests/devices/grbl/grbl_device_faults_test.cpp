@@ -197,7 +197,7 @@ TEST_P(GrblDeviceFaults, AStopAtAnyMomentOfATouchEndsOffTheSurface) {
         EXPECT_NEAR((device->position() - tool_at()).norm(), 0, kMicrometre);
         EXPECT_EQ(tool->audit().unsafe_moves, 0U);
         stream->before_read = nullptr;
-        if (!stop.stop_requested()) break;
+        if (!stop.token().stop_requested()) break;
         EXPECT_THROW((void)probe(), Stopped);
     }
     EXPECT_GT(moments, 20);

@@ -174,7 +174,7 @@ protected:
     bool move_about() {
         try {
             device.reset();
-            device = std::make_unique<GrblDevice>(*stream, *clock, device_options, stop.get_token());
+            device = std::make_unique<GrblDevice>(*stream, *clock, device_options, stop.token());
             device->make_ready();
             EXPECT_NEAR((device->position() - tool_at()).norm(), 0, tolerance()) << "a false position is taken for true";
             for (int k = 0; k < kMoves; ++k) {

@@ -4,11 +4,11 @@
 #include <algorithm>
 #include <functional>
 #include <memory>
-#include <stop_token>
 #include <string>
 
 #include "devices/errors.h"
 #include "devices/grbl/grbl_device.h"
+#include "devices/stop_request.h"
 #include "sim/machines/grbl/loopback_stream.h"
 #include "tests/devices/message_of.h"
 #include "tests/sim/machines/grbl/virtual_grbl_support.h"
@@ -89,7 +89,7 @@ protected:
     GrblDevice& connect() {
         if (!grbl) power_on();
         device.reset();
-        device = std::make_unique<GrblDevice>(*stream, *clock, device_options, stop.get_token());
+        device = std::make_unique<GrblDevice>(*stream, *clock, device_options, stop.token());
         return *device;
     }
     GrblDevice& ready() {
@@ -118,7 +118,7 @@ protected:
     [[nodiscard]] double seconds() const { return grbl->now().count(); }
 
     GrblOptions device_options;
-    std::stop_source stop;
+    StopSource stop;
     std::uint64_t allowed_unsafe_moves = 0;
     std::unique_ptr<LoopbackStream> clock;
     std::unique_ptr<DamagedStream> stream;

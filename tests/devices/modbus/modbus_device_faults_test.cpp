@@ -64,7 +64,7 @@ void expect_halted(Machine& machine) {
 class ModbusDeviceFaults : public testing::TestWithParam<Wire> {
 protected:
     void TearDown() override { test::expect_safe(machine); }
-    [[nodiscard]] std::unique_ptr<ModbusDevice> impatient_device(const std::stop_token& stop = {}) {
+    [[nodiscard]] std::unique_ptr<ModbusDevice> impatient_device(const StopToken& stop = {}) {
         ModbusDeviceOptions options = machine.options();
         options.patience = kPatience;
         return std::make_unique<ModbusDevice>(options, machine.clock(), stop);
@@ -154,8 +154,8 @@ TEST_P(ModbusDeviceFaults, ARetractThatTakesTooLongIsHalted) {
 }
 
 TEST_P(ModbusDeviceFaults, AHaltThatIsIgnoredIsFoundOutAndSentAgain) {
-    std::stop_source stop;
-    const auto device = impatient_device(stop.get_token());
+    StopSource stop;
+    const auto device = impatient_device(stop.token());
     machine.inject(MachineFault::ignored_halt);
     {
         const std::jthread helper([&] {

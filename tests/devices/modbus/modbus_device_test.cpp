@@ -376,8 +376,8 @@ INSTANTIATE_TEST_SUITE_P(Wires, ModbusDeviceInMidMove, testing::Values(Wire::tcp
                          [](const auto& wire) { return test::name_of(wire.param); });
 
 TEST_P(ModbusDeviceInMidMove, AStopSlowsDownGoesBackAndThrows) {
-    std::stop_source stop;
-    const auto device = machine.device(stop.get_token());
+    StopSource stop;
+    const auto device = machine.device(stop.token());
     Point at_stop;
     {
         const auto helper = meanwhile([&] {

@@ -8,12 +8,12 @@
 #include <filesystem>
 #include <memory>
 #include <optional>
-#include <stop_token>
 #include <string>
 #include <thread>
 
 #include "devices/clock.h"
 #include "devices/modbus/modbus_device.h"
+#include "devices/stop_request.h"
 #include "sim/machines/modbus/virtual_modbus.h"
 #include "sim/objects/hidden_object.h"
 
@@ -65,7 +65,7 @@ public:
         options.profile.read_write = false;  // so that tests know which request is which; modbus_device_timing_test has the other way
         return options;
     }
-    [[nodiscard]] std::unique_ptr<ModbusDevice> device(const std::stop_token& stop = {}) {
+    [[nodiscard]] std::unique_ptr<ModbusDevice> device(const StopToken& stop = {}) {
         return std::make_unique<ModbusDevice>(options(), clock_, stop);
     }
 

@@ -12,6 +12,7 @@
 #include <functional>
 #include <limits>
 
+#include "devices/version.h"
 #include "tests/random.h"
 
 namespace palpate {
@@ -196,6 +197,62 @@ TEST_F(JournalFile, LinesThatAreMissingOrThereTwiceAreFound) {
     EXPECT_THROW((void)parse_journal("", "j"), JournalDamaged);
     EXPECT_THROW((void)parse_journal(lines[0] + "\n", "j"), JournalDamaged);
     EXPECT_THROW((void)parse_journal(std::string(100, '\0') + "\n", "j"), JournalDamaged);
+}
+
+// What is said of a journal that is refused.
+std::string complaint_of(const std::string& journal) {
+    try {
+        (void)parse_journal(journal, "j");
+    } catch (const JournalDamaged& error) {
+        return error.what();
+    }
+    return "nothing";
+}
+
+// A line as a program would write it that knows other keys.
+std::string line_of(const std::string& body) { return body + ",\"crc\":\"" + digest(body) + "\"}\n"; }
+
+TEST_F(JournalFile, TheFirstLineTellsProgramConfigurationAndObject) {
+    JournalHeader header = kHeader;
+    header.version = "0.9.1";
+    header.object_sha256 = std::string(64, 'a');
+    (void)JournalWriter::create(file_, header);
+    EXPECT_EQ(read_journal(file_).header, header);
+    EXPECT_THAT(text(), ::testing::StartsWith(R"({"n":0,"palpate":"journal","schema":2,"version":"0.9.1","config":"0123abcd",)"));
+    EXPECT_THAT(text(), HasSubstr(",\"object\":\"" + header.object_sha256 + "\","));
+}
+
+TEST(Journal, OneThatTellsNoVersionIsRead) {
+    const Journal journal =
+        parse_journal(line_of(R"({"n":0,"palpate":"journal","schema":2,"config":"0123abcd","start":[0,0,1],"machine":"m")"), "j");
+    EXPECT_EQ(journal.header, (JournalHeader{"0123abcd", {0, 0, 1}, "m"}));
+}
+
+TEST(Journal, OfANewerOrOlderProgramSaysWhichOneReadsIt) {
+    const std::string own(program_version());
+    const std::string newer = complaint_of(line_of(R"({"n":0,"palpate":"journal","schema":3,"version":"7.1.0","other":1)"));
+    EXPECT_THAT(newer, ::testing::StartsWith("j:1: was written by a newer Palpate, version 7.1.0, with schema 3"));
+    EXPECT_THAT(newer, HasSubstr("this one, version " + own + ", knows schema 2: go on with that version, or begin a new session"));
+    EXPECT_THAT(newer, ::testing::Not(HasSubstr("was changed")));
+    EXPECT_THAT(complaint_of(line_of(R"({"n":0,"palpate":"journal","schema":30,"version":[7])")),
+                HasSubstr("was written by a newer Palpate, with schema 30;"));
+    EXPECT_THAT(complaint_of(line_of(R"({"n":0,"palpate":"journal","schema":1,"config":"c","start":[0,0,1],"machine":"m")")),
+                HasSubstr("was written by an earlier Palpate, with schema 1;"));
+    // No number that any Palpate wrote.
+    EXPECT_THAT(complaint_of(line_of(R"({"n":0,"palpate":"journal","schema":"two")")), HasSubstr("put back a copy"));
+    EXPECT_THAT(complaint_of(line_of(R"({"n":0,"palpate":"journal","schema":-2)")), HasSubstr("put back a copy"));
+}
+
+// A further key is no new schema.
+TEST(Journal, AKeyThatOnlyAnotherVersionKnowsIsToldFromDamage) {
+    const auto journal = [](const std::string& version) {
+        return line_of(R"({"n":0,"palpate":"journal","schema":2,"version":")" + version +
+                       R"(","config":"c","start":[0,0,1],"machine":"m","weather":"fine")");
+    };
+    const std::string foreign = complaint_of(journal("7.1.0"));
+    EXPECT_THAT(foreign, ::testing::StartsWith("j:1: \"weather\" is unknown to this Palpate"));
+    EXPECT_THAT(foreign, HasSubstr("version 7.1.0 wrote the journal: go on with that version"));
+    EXPECT_THAT(complaint_of(journal(std::string(program_version()))), HasSubstr("\"weather\" is unknown; the file was changed"));
 }
 
 TEST_F(JournalFile, ASecondProcessIsRefused) {

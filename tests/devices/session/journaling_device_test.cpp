@@ -141,8 +141,8 @@ TEST_F(Journaling, TheOperatorIsHeardInAReplay) {
     JournalWriter writer = JournalWriter::create(file_, header_);
     JournalingDevice first(Journal{header_}, &writer, [&](const Point&) -> ProbeDevice& { return floor; });
     for (const auto& [target, pace] : requests_) (void)first.guarded_move(target, pace);
-    std::stop_source stop;
-    JournalingDevice again(writer.read(), nullptr, {}, stop.get_token());
+    StopSource stop;
+    JournalingDevice again(writer.read(), nullptr, {}, stop.token());
     (void)again.guarded_move(requests_[0].first, requests_[0].second);
     stop.request_stop();
     EXPECT_THROW((void)again.guarded_move(requests_[1].first, requests_[1].second), Stopped);

@@ -7,6 +7,7 @@
 #include <filesystem>
 
 #include "devices/errors.h"
+#include "devices/version.h"
 #include "tests/devices/fake_probe.h"
 #include "tests/devices/message_of.h"
 #include "tests/random.h"
@@ -70,7 +71,7 @@ protected:
         Options probing;
         probing.epsilon = 2.0;
         probing.reach = 4.9;
-        return {settings_, Region(Ball{Point::Zero(), 7.0}), probing, folder_ / session, "of this test", "this test"};
+        return {settings_, Region(Ball{Point::Zero(), 7.0}), probing, folder_ / session, "of this test", "this test", "of its object"};
     }
     [[nodiscard]] SessionHost host(Bench& bench) {
         SessionHost host;
@@ -103,6 +104,8 @@ TEST_F(SessionOnOwnMachine, InterruptedResumedAndReplayedItEndsAsOneThatWasNot) 
     EXPECT_EQ(reference.result.certificate.status, Certificate::Status::conditional);
     EXPECT_EQ(reference.machine, "a ball on a bench");
     const Journal whole = read_journal(folder_ / "reference");
+    EXPECT_EQ(whole.header.version, program_version());
+    EXPECT_EQ(whole.header.object_sha256, "of its object");
     const std::size_t moves = undisturbed.probe.log.size();
     ASSERT_GT(moves, 100U);
 
@@ -131,6 +134,7 @@ TEST_F(SessionOnOwnMachine, InterruptedResumedAndReplayedItEndsAsOneThatWasNot) 
         const MachineRun replayed = replay_session(plan(name), nobody);
         EXPECT_TRUE(same_mesh(replayed, reference));
         EXPECT_EQ(replayed.resumptions, resumed.resumptions);
+        EXPECT_EQ(replayed.object_sha256, "of its object");
         EXPECT_TRUE(same_mesh(resume_session(plan(name), nobody), reference)) << "it is finished";
     }
 }

@@ -1,7 +1,6 @@
-#include "tools/progress_display.h"
+#include "tools/terminal/progress_display.h"
 
 #include <fmt/format.h>
-#include <sys/ioctl.h>
 #include <unistd.h>
 
 #include <algorithm>
@@ -11,6 +10,8 @@
 #include <string_view>
 #include <utility>
 #include <vector>
+
+#include "tools/terminal/text_width.h"
 
 namespace palpate {
 
@@ -24,9 +25,6 @@ constexpr int kMaxBarColumns = 40;
 // Of a column; whole ones are drawn as blocks.
 constexpr std::array<std::string_view, 8> kEighths{"", "▏", "▎", "▍", "▌", "▋", "▊", "▉"};
 constexpr std::string_view kGap = "  ";
-constexpr std::string_view kEraseToEnd = "\x1b[K";
-constexpr std::string_view kBarColour = "\x1b[36m";
-constexpr std::string_view kPlainColour = "\x1b[0m";
 
 bool mentions_utf8(const char* locale) {
     const std::string_view text = locale;
@@ -49,11 +47,6 @@ bool locale_is_utf8() {
     return false;
 }
 
-int columns_of(int file_descriptor) {
-    winsize size{};
-    return ::ioctl(file_descriptor, TIOCGWINSZ, &size) == 0 ? int{size.ws_col} : 0;
-}
-
 double clean_fraction(double fraction) { return fraction > 0.0 ? std::min(fraction, 1.0) : 0.0; }  // NaN: 0
 
 // Rounded down: 100 % is said only when it is so.
@@ -64,7 +57,7 @@ std::string ball_text(const Progress& progress) {
 }
 
 // `columns` wide; with eighths of a column where the terminal has such characters.
-std::string bar_text(double fraction, int columns, bool unicode, bool colours) {
+std::string bar_text(double fraction, int columns, bool unicode) {
     const int eighths = static_cast<int>(std::floor(fraction * columns * 8.0));
     const int full = unicode ? eighths / 8 : static_cast<int>(std::floor(fraction * (columns - 2)));
     std::string done;
@@ -76,18 +69,18 @@ std::string bar_text(double fraction, int columns, bool unicode, bool colours) {
         done += kEighths[static_cast<std::size_t>(eighths % 8)];
         ++used;
     }
-    if (colours) {
-        done = fmt::format("{}{}{}", kBarColour, done, kPlainColour);
-    }
     const int inner = unicode ? columns : columns - 2;
     const std::string rest(static_cast<std::size_t>(std::max(0, inner - used)), unicode ? ' ' : '.');
     return unicode ? done + rest : fmt::format("[{}{}]", done, rest);
 }
 
 // Most important first. All parts are ASCII: bytes are columns.
-std::vector<std::string> parts_of(const Progress& progress) {
-    return {percent_text(clean_fraction(progress.fraction_done)), fmt::format("{} samples", progress.samples),
-            fmt::format("{} probes", progress.probes), ball_text(progress), fmt::format("{} open edges", progress.open_edges)};
+std::vector<std::string> parts_of(const Progress& progress, const std::string& time_left) {
+    std::vector<std::string> parts = {percent_text(clean_fraction(progress.fraction_done))};
+    if (!time_left.empty()) parts.push_back(time_left);
+    parts.insert(parts.end(), {fmt::format("{} samples", progress.samples), fmt::format("{} probes", progress.probes), ball_text(progress),
+                               fmt::format("{} open edges", progress.open_edges)});
+    return parts;
 }
 
 }  // namespace
@@ -106,71 +99,51 @@ DisplayTraits DisplayTraits::of(int file_descriptor) {
     return traits;
 }
 
-ProgressDisplay::ProgressDisplay(std::ostream& out, DisplayTraits traits, Clock clock)
-    : out_(out), traits_(std::move(traits)), clock_(std::move(clock)) {
+ProgressDisplay::ProgressDisplay(ProgressSink sink, DisplayTraits traits, Clock clock)
+    : sink_(std::move(sink)), traits_(std::move(traits)), clock_(std::move(clock)) {
     if (!clock_) {
         clock_ = [] { return std::chrono::nanoseconds(std::chrono::steady_clock::now().time_since_epoch()); };
     }
 }
 
 ProgressDisplay::~ProgressDisplay() {
-    try {
-        if (line_open_) {
-            out_ << '\n' << std::flush;
-        }
-    } catch (const std::exception&) {
-        // The stream was told to throw; a destructor has nobody to tell.
-        line_open_ = false;
-    }
+    if (status_.empty()) return;
+    sink_.status({});
+    sink_.line(status_);
 }
 
 void ProgressDisplay::update(const Progress& progress) {
     const std::chrono::nanoseconds now = clock_();
     const std::chrono::nanoseconds period =
         traits_.rewrites ? std::chrono::nanoseconds(kTerminalPeriod) : std::chrono::nanoseconds(kPipePeriod);
-    if (!last_drawn_ || now - *last_drawn_ >= period) {
-        last_drawn_ = now;
-        draw(progress);
-    }
-}
-
-void ProgressDisplay::clear() {
-    if (line_open_) {
-        out_ << '\r' << kEraseToEnd << std::flush;
-        line_open_ = false;
-    }
-    if (traits_.rewrites) {
-        last_drawn_.reset();
-    }
+    if (last_drawn_ && now - *last_drawn_ < period) return;
+    last_drawn_ = now;
+    time_left_.note(now, clean_fraction(progress.fraction_done));
+    if (!traits_.rewrites) return sink_.line(text(progress));
+    status_ = text(progress);
+    sink_.status(status_);
 }
 
 void ProgressDisplay::finish(const Progress& progress) {
-    draw(progress);
-    if (line_open_) {
-        out_ << '\n' << std::flush;
-        line_open_ = false;
-    }
-    last_drawn_ = clock_();
+    time_left_ = {};
+    if (traits_.rewrites) sink_.status({});
+    status_.clear();
+    sink_.line(text(progress));
 }
 
-void ProgressDisplay::draw(const Progress& progress) {
+std::string ProgressDisplay::text(const Progress& progress) const {
+    const std::string left = time_left_.text();
     if (!traits_.rewrites) {
-        std::string line;
-        for (const std::string& part : parts_of(progress)) {
-            line += (line.empty() ? "" : ", ") + part;
-        }
-        out_ << line.substr(line.find_first_not_of(' ')) << '\n' << std::flush;
-        return;
+        const std::string line = fmt::format("{}", fmt::join(parts_of(progress, left), ", "));
+        return line.substr(line.find_first_not_of(' '));
     }
     const int asked = traits_.width ? traits_.width() : 0;
     // A character in the last column makes some terminals wrap.
-    const int columns = (asked > 0 ? asked : kDefaultColumns) - 1;
-    out_ << '\r' << progress_line(progress, columns, traits_.unicode, traits_.colours) << kEraseToEnd << std::flush;
-    line_open_ = true;
+    return progress_line(progress, left, (asked > 0 ? asked : kDefaultColumns) - 1, traits_.unicode);
 }
 
-std::string progress_line(const Progress& progress, int columns, bool unicode, bool colours) {
-    const std::vector<std::string> parts = parts_of(progress);
+std::string progress_line(const Progress& progress, const std::string& time_left, int columns, bool unicode) {
+    const std::vector<std::string> parts = parts_of(progress, time_left);
     if (static_cast<int>(parts.front().size()) > columns) {
         return {};
     }
@@ -187,7 +160,7 @@ std::string progress_line(const Progress& progress, int columns, bool unicode, b
     if (left < kMinBarColumns) {
         return text;
     }
-    const std::string bar = bar_text(clean_fraction(progress.fraction_done), std::min(left, kMaxBarColumns), unicode, colours);
+    const std::string bar = bar_text(clean_fraction(progress.fraction_done), std::min(left, kMaxBarColumns), unicode);
     return fmt::format("{}{}{}", bar, kGap, text);
 }
 

@@ -4,10 +4,10 @@
 #include <chrono>
 #include <functional>
 #include <optional>
-#include <ostream>
 #include <string>
 
 #include "planner/progress.h"
+#include "tools/terminal/time_left.h"
 
 namespace palpate {
 
@@ -22,13 +22,19 @@ struct DisplayTraits {
     [[nodiscard]] static DisplayTraits of(int file_descriptor);
 };
 
+// Where lines go that stay, and one that rewrites itself until it is empty.
+struct ProgressSink {
+    std::function<void(const std::string&)> line;
+    std::function<void(const std::string&)> status;
+};
+
 class ProgressDisplay {
 public:
     using Clock = std::function<std::chrono::nanoseconds()>;  // time since any fixed moment
 
-    // Writes to `out`, which must outlive the display. The default clock is std::chrono::steady_clock.
-    explicit ProgressDisplay(std::ostream& out, DisplayTraits traits, Clock clock = {});
-    // Leaves the terminal on a fresh line, also after an exception.
+    // The default clock is std::chrono::steady_clock.
+    ProgressDisplay(ProgressSink sink, DisplayTraits traits, Clock clock = {});
+    // Leaves the last status where it is, as a line of its own, also after an exception.
     ~ProgressDisplay();
     ProgressDisplay(const ProgressDisplay&) = delete;
     ProgressDisplay& operator=(const ProgressDisplay&) = delete;
@@ -38,23 +44,22 @@ public:
     // To be called as often as one likes: draws at most every 0.1 s on a terminal, every 2 s in a pipe, and otherwise
     // costs a look at the clock.
     void update(const Progress& progress);
-    // Takes the line away, so that something else can be printed; the next update draws it again.
-    void clear();
-    // Draws `progress` for good and ends the line.
+    // Draws `progress` for good.
     void finish(const Progress& progress);
 
 private:
-    void draw(const Progress& progress);
+    [[nodiscard]] std::string text(const Progress& progress) const;
 
-    std::ostream& out_;
+    ProgressSink sink_;
     DisplayTraits traits_;
     Clock clock_;
+    TimeLeft time_left_;
     std::optional<std::chrono::nanoseconds> last_drawn_;
-    bool line_open_ = false;  // the cursor is behind a line of ours that has no end yet
+    std::string status_;  // drawn now, if any is
 };
 
-// The line, at most `columns` wide: percent, bar and counts; when it is narrow, the last ones go first. Without escape sequences unless
-// `colours`.
-[[nodiscard]] std::string progress_line(const Progress& progress, int columns, bool unicode, bool colours);
+// The line, at most `columns` wide: percent, bar, the time that is left if it is known, and counts; when it is narrow, the last ones go
+// first.
+[[nodiscard]] std::string progress_line(const Progress& progress, const std::string& time_left, int columns, bool unicode);
 
 }  // namespace palpate
