@@ -88,8 +88,6 @@ void File::read(const Value& node, const Spot& spot, std::filesystem::path& fiel
     field = name;
 }
 
-std::string File::text(const std::filesystem::path& field) {
-    return field.empty() ? "" : Text::text(field.string());
-}
+std::string File::text(const std::filesystem::path& field) { return field.empty() ? "" : Text::text(field.string()); }
 
 }  // namespace palpate::yaml
