@@ -57,7 +57,7 @@ OpenArea measure_open_area(const TriangleMesh& mesh) {
         while (found < boundary.size() && boundary[found].first == v && is_used[found]) ++found;
         return found < boundary.size() && boundary[found].first == v ? found : boundary.size();
     };
-    constexpr std::size_t kNowhere = static_cast<std::size_t>(-1);
+    constexpr auto kNowhere = static_cast<std::size_t>(-1);
     std::vector<std::size_t> place(mesh.points.size(), kNowhere);  // of a vertex on the path
     std::vector<std::uint32_t> path;
     for (const Edge& first : boundary) {

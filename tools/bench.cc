@@ -109,7 +109,7 @@ std::string bench_table(const std::vector<BenchRow>& rows, int columns) {
         if (cells.empty()) cells.push_back(names);
         cells.push_back(values);
     }
-    const std::string wide = markdown(cells, 2);
+    std::string wide = markdown(cells, 2);
     if (columns == 0 || wide.find('\n') <= static_cast<std::size_t>(columns)) return wide;
     // Runs beside each other, as many as fit, one quantity below the other.
     std::string text;

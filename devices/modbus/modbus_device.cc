@@ -96,7 +96,7 @@ std::string ModbusDevice::where() const { return client_->link().name(); }
 void ModbusDevice::inspect() {
     identity_ = client_->identity();
     if (!identity_.starts_with(options_.profile.expected_identity)) {
-        throw DeviceError(fmt::format("{} calls itself \"{}\", but the profile {} is for \"{}\"; give the profile of that controller",
+        throw DeviceError(fmt::format(R"({} calls itself "{}", but the profile {} is for "{}"; give the profile of that controller)",
                                       where(), identity_, options_.profile.name, options_.profile.expected_identity));
     }
     limits_ = client_->limits();
@@ -180,7 +180,7 @@ ModbusDevice::Ready ModbusDevice::ready() {
         if (state_ == State::lost) throw ConnectionLost(what);
         throw DeviceError(what);
     }
-    const Ready ready = resting_status();
+    Ready ready = resting_status();
     const ModbusStatus& status = ready.status;
     check_ready(status);
     if (state_ == State::locked) throw DeviceError(fmt::format("{} was locked and is free now; recover before it moves", where()));

@@ -12,9 +12,9 @@
 #include <algorithm>
 #include <array>
 #include <cerrno>
-#include <ranges>
 #include <system_error>
 #include <thread>
+#include <vector>
 
 #include "devices/errors.h"
 
@@ -74,7 +74,12 @@ std::string advice(int error) {
 
 bool is_serial_speed(int baud) { return find_speed(baud) != nullptr; }
 
-std::string serial_speeds() { return fmt::format("{}", fmt::join(kSpeeds | std::views::transform(&Speed::baud), ", ")); }
+std::string serial_speeds() {
+    std::vector<int> bauds;
+    bauds.reserve(kSpeeds.size());
+    for (const Speed& speed : kSpeeds) bauds.push_back(speed.baud);
+    return fmt::format("{}", fmt::join(bauds, ", "));
+}
 
 SerialPort::SerialPort(const SerialPortOptions& options) : path_(options.path) {
     file_ = ::open(path_.c_str(), O_RDWR | O_NOCTTY | O_NONBLOCK | O_CLOEXEC);

@@ -10,9 +10,10 @@
 #include <unistd.h>
 #include <zlib.h>
 
+#include <algorithm>
 #include <cerrno>
 #include <cmath>
-#include <ranges>
+#include <iterator>
 #include <system_error>
 
 #include "devices/session/internal/journal_words.h"
@@ -28,6 +29,13 @@ constexpr mode_t kMode = 0644;
 std::string number(double x) {
     if (!std::isfinite(x)) throw BadAnswer("an answer with a number that is not finite is not written into the journal");
     return number_text(x);
+}
+
+template <typename Value, typename Text>
+std::vector<std::string> texts_of(const std::vector<Value>& values, const Text& text) {
+    std::vector<std::string> texts;
+    std::ranges::transform(values, std::back_inserter(texts), text);
+    return texts;
 }
 
 std::string place(const Point& p) { return fmt::format("[{},{},{}]", number(p.x()), number(p.y()), number(p.z())); }
@@ -119,7 +127,7 @@ std::uint64_t JournalWriter::append(const JournalMove& move) {
         const auto text = [](const DeviceEvent& event) {
             return fmt::format(R"({{"kind":"{}","at":{}}})", word_of(event.kind), place(event.position));
         };
-        line += fmt::format(R"(,"events":[{}])", fmt::join(move.result.events | std::views::transform(text), ","));
+        line += fmt::format(R"(,"events":[{}])", fmt::join(texts_of(move.result.events, text), ","));
     }
     append_line(std::move(line));
     return lines_ - 1;
@@ -127,7 +135,7 @@ std::uint64_t JournalWriter::append(const JournalMove& move) {
 
 void JournalWriter::append(const JournalResumption& resumption) {
     append_line(fmt::format(R"("resumed":{{"contacts":[{}],"offsets":[{}],"directions":{}{}}})", fmt::join(resumption.contacts, ","),
-                            fmt::join(resumption.offsets_mm | std::views::transform(number), ","), resumption.directions,
+                            fmt::join(texts_of(resumption.offsets_mm, number), ","), resumption.directions,
                             resumption.after_miss ? R"(,"after_miss":true)" : ""));
 }
 
