@@ -3,6 +3,9 @@
 #include <fmt/format.h>
 #include <spdlog/spdlog.h>
 
+#include <algorithm>
+#include <cmath>
+
 #include "config/modbus_profile_reader.h"
 #include "devices/grbl/serial_grbl_machine.h"
 #include "devices/modbus/modbus_machine.h"
@@ -45,6 +48,12 @@ std::string describe_connecting(const ModbusSpec& modbus) {
     const std::string where = tcp != nullptr ? fmt::format("{}:{}", tcp->host, tcp->port) : std::get<ModbusRtu>(modbus.link.where).path;
     return fmt::format("connecting to unit {} at {}, whose answers are waited for up to {} s each", modbus.link.unit, where,
                        number_text(modbus.link.answer_timeout.count()));
+}
+
+// No more is known of a guess.
+double two_digits(double x) {
+    const double unit = std::pow(10, std::floor(std::log10(std::max(x, 1.0))) - 1);
+    return std::round(x / unit) * unit;
 }
 
 const char* to_sentence(PlannedMotion::Kind kind) {
@@ -92,7 +101,7 @@ std::string describe_plan(const PlannedMotion& plan, const SessionConfig& config
     }
     if (plan.kind == PlannedMotion::Kind::begin) {
         const ExpectedEffort effort = expected_effort(config);
-        text += fmt::format("effort     about {:.2g} touches in {} of motion if the part fills the workspace\n", effort.touches,
+        text += fmt::format("effort     about {:.0f} touches in {} of motion if the part fills the workspace\n", two_digits(effort.touches),
                             duration_text(effort.time));
     }
     return describe_plan(plan.report, *config.machine, text + to_sentence(plan.kind));
