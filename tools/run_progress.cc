@@ -31,12 +31,13 @@ RunProgress::RunProgress(Output& output) : output_(output) {
 void RunProgress::update(const Progress& progress) {
     last_ = progress;
     last_.fraction_done = fraction_ = std::max(fraction_, fraction_of(progress));
-    if (display_) display_->update(last_);
+    if (display_) display_->update(last_, expected_samples_);
     if (output_.events == nullptr) return;
     const auto now = std::chrono::steady_clock::now();
     if (!told_ || now - *told_ >= kEventPeriod) {
         told_ = now;
-        time_left_.note(now.time_since_epoch(), last_.fraction_done);
+        time_left_.note(now.time_since_epoch(), static_cast<double>(progress.samples),
+                        expected_samples_ > 0 ? expected_samples_ : static_cast<double>(progress.samples) / progress.fraction_done);
         tell(last_);
     }
 }

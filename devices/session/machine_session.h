@@ -31,8 +31,8 @@ struct SessionPlan {
     Region workspace;  // ω
     Options probing;
     std::filesystem::path journal;
-    std::string config_digest;  // digest() of what the plan was made from: a journal goes on with the plan that it was begun with alone
-    std::string config_name;    // what messages call that
+    std::string config_digest;    // digest() of what the plan was made from: a journal goes on with the plan that it was begun with alone
+    std::string config_name;      // what messages call that
     std::string object_sha256{};  // of the file that describes the object, if there is one: the journal keeps it, nothing depends on it
     // The budget is larger than in the plan, of that digest, that the journal goes by: it says so as soon as the operator has agreed.
     std::optional<std::string> raised_from{};

@@ -1,5 +1,4 @@
 #include "tools/session_files.h"
-#include "tools/session_folder.h"
 
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
@@ -15,6 +14,7 @@
 
 #include "devices/version.h"
 #include "tools/provenance.h"
+#include "tools/session_folder.h"
 #include "tools/summary.h"
 
 namespace palpate {

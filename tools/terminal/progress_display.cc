@@ -112,13 +112,14 @@ ProgressDisplay::~ProgressDisplay() {
     sink_.line(status_);
 }
 
-void ProgressDisplay::update(const Progress& progress) {
+void ProgressDisplay::update(const Progress& progress, double expected_samples) {
     const std::chrono::nanoseconds now = clock_();
     const std::chrono::nanoseconds period =
         traits_.rewrites ? std::chrono::nanoseconds(kTerminalPeriod) : std::chrono::nanoseconds(kPipePeriod);
     if (last_drawn_ && now - *last_drawn_ < period) return;
     last_drawn_ = now;
-    time_left_.note(now, clean_fraction(progress.fraction_done));
+    const auto samples = static_cast<double>(progress.samples);
+    time_left_.note(now, samples, expected_samples > 0 ? expected_samples : samples / clean_fraction(progress.fraction_done));
     if (!traits_.rewrites) return sink_.line(text(progress));
     status_ = text(progress);
     sink_.status(status_);

@@ -43,7 +43,8 @@ public:
 
     // To be called as often as one likes: draws at most every 0.1 s on a terminal, every 2 s in a pipe, and otherwise
     // costs a look at the clock.
-    void update(const Progress& progress);
+    // `expected_samples`: of the whole run, if that is known better than the fraction has it; 0: it is not.
+    void update(const Progress& progress, double expected_samples = 0.0);
     // Draws `progress` for good.
     void finish(const Progress& progress);
 

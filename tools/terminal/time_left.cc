@@ -2,6 +2,7 @@
 
 #include <fmt/format.h>
 
+#include <algorithm>
 #include <cmath>
 
 namespace palpate {
@@ -12,18 +13,19 @@ constexpr double kEnough = 0.1;
 
 }  // namespace
 
-void TimeLeft::note(std::chrono::nanoseconds now, double fraction) {
+void TimeLeft::note(std::chrono::nanoseconds now, double done, double whole) {
+    whole_ = whole;
     if (moments_.empty()) begun_ = now;
-    moments_.push_back({now, fraction});
+    moments_.push_back({now, done});
     while (moments_.size() > 2 && moments_[1].time - begun_ <= (now - begun_) / 2) moments_.pop_front();
 }
 
 std::chrono::nanoseconds TimeLeft::left() const {
-    if (moments_.empty() || moments_.back().fraction < kEnough) return std::chrono::nanoseconds(-1);
-    const double done = moments_.back().fraction - moments_.front().fraction;
+    if (moments_.empty() || !(moments_.back().done >= kEnough * whole_)) return std::chrono::nanoseconds(-1);
+    const double done = moments_.back().done - moments_.front().done;
     if (!(done > 0)) return std::chrono::nanoseconds(-1);
     const double seconds = std::chrono::duration<double>(moments_.back().time - moments_.front().time).count();
-    return std::chrono::nanoseconds(std::llround(1e9 * seconds * (1 - moments_.back().fraction) / done));
+    return std::chrono::nanoseconds(std::llround(1e9 * seconds * std::max(0.0, whole_ - moments_.back().done) / done));
 }
 
 std::string TimeLeft::text() const {

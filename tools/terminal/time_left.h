@@ -12,8 +12,8 @@ namespace palpate {
 
 class TimeLeft {
 public:
-    // `fraction` of the run, in [0, 1], is done; neither falls from call to call.
-    void note(std::chrono::nanoseconds now, double fraction);
+    // So much is `done` of `whole`, as far as that is known now, in any unit that stays the same; time and what is done never fall.
+    void note(std::chrono::nanoseconds now, double done, double whole = 1.0);
     // "3 min left", or nothing as long as too little is done to tell.
     [[nodiscard]] std::string text() const;
     // Negative as long as too little is done to tell.
@@ -22,9 +22,10 @@ public:
 private:
     struct Moment {
         std::chrono::nanoseconds time{0};
-        double fraction = 0.0;
+        double done = 0.0;
     };
     std::chrono::nanoseconds begun_{0};
+    double whole_ = 1.0;
     std::deque<Moment> moments_;  // of the later half of the run: what is replayed from a journal goes faster than a machine
 };
 

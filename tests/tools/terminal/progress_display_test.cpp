@@ -46,8 +46,8 @@ TEST_F(Display, PipeGetsAWholeLineAtMostEveryTwoSeconds) {
     display.finish(kHalf);
     EXPECT_EQ(out_,
               "50 %, 0 samples, 5678 probes, ball 0.521 of 0.25 mm, 37 open edges\n"
-              "50 %, 200 samples, 5678 probes, ball 0.521 of 0.25 mm, 37 open edges\n"
-              "50 %, 400 samples, 5678 probes, ball 0.521 of 0.25 mm, 37 open edges\n"
+              "50 %, 2 s left, 200 samples, 5678 probes, ball 0.521 of 0.25 mm, 37 open edges\n"
+              "50 %, 4 s left, 400 samples, 5678 probes, ball 0.521 of 0.25 mm, 37 open edges\n"
               "50 %, 1234 samples, 5678 probes, ball 0.521 of 0.25 mm, 37 open edges\n");
 }
 

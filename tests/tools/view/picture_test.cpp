@@ -298,7 +298,8 @@ TEST_F(PictureFile, HoldsWhatIsDrawnAndIsTheSameEachTime) {
 TEST_F(PictureFile, OfASessionIsDrawnAgainFromItsMesh) {
     Result result;
     result.mesh = sphere(24, 12);
-    EXPECT_EQ(write_results(folder_, result, Provenance{}, "{}", {.drawn = true, .up = 'y'}), "mesh.ply, touches.csv, summary.json, picture.png");
+    EXPECT_EQ(write_results(folder_, result, Provenance{}, "{}", {.drawn = true, .up = 'y'}),
+              "mesh.ply, touches.csv, summary.json, picture.png");
     const std::string drawn = read("picture.png");
     std::filesystem::remove(folder_ / "picture.png");
     draw_session_picture(folder_, 'y');
