@@ -45,9 +45,8 @@ std::string_view nearest_word(std::string_view typed, std::span<const std::strin
     return nearest;
 }
 
-std::string did_you_mean(std::string_view typed, std::span<const std::string_view> words) {
-    const std::string_view nearest = nearest_word(typed, words);
-    return nearest.empty() ? "" : fmt::format("; did you mean \"{}\"?", nearest);
-}
+std::string proposal(std::string_view nearest) { return nearest.empty() ? "" : fmt::format("; did you mean \"{}\"?", nearest); }
+
+std::string did_you_mean(std::string_view typed, std::span<const std::string_view> words) { return proposal(nearest_word(typed, words)); }
 
 }  // namespace palpate

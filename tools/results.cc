@@ -105,7 +105,7 @@ void tell_result(Output& output, const Result& result, double epsilon, const std
     const Json event = {{"event", "result"}, {"folder", folder.string()}, {"summary", Json::parse(summary)}};
     while (!output.events->flush(std::chrono::hours(1)) && !output.events->is_dead()) {
     }
-    output.results << event.dump(-1, ' ', false, Json::error_handler_t::replace) << std::endl;
+    output.results << event_line(event) << std::flush;
 }
 
 bool is_stopped_by_budget(const Certificate& certificate) {

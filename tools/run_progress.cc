@@ -80,7 +80,7 @@ void RunProgress::tell(const Progress& progress) {
                         {"probes", progress.probes},
                         {"open_edges", progress.open_edges},
                         {"worst_ball_radius", progress.worst_ball_radius}};
-    output_.events->write(event.dump() + '\n');
+    output_.events->write(event_line(event));
 }
 
 }  // namespace palpate

@@ -205,7 +205,7 @@ TEST_F(MachineSession, StoppedByTheOperatorItGoesBackAndIsResumed) {
         PortMachine machine(port());
         const std::string name = "stopped_" + std::to_string(signal);
         Process process = start(probe(name));
-        while (machine.probes() < probes_ / 2) std::this_thread::sleep_for(1ms);
+        wait_for_probes(machine, probes_ / 2);
         process.send(signal);
         EXPECT_EQ(process.wait(), 3);
         EXPECT_THAT(read("out.txt"), HasSubstr("stopped"));
@@ -221,7 +221,7 @@ TEST_F(MachineSession, AToleranceThatReachesBeyondTheLimitsIsNoReasonNotToResume
     auto words = probe("tolerant");
     words.insert(words.end(), {"--set", "machine.datum_tolerance=12"});
     Process process = start(words);
-    while (machine.probes() < 60) std::this_thread::sleep_for(1ms);
+    wait_for_probes(machine, 60);
     process.send(SIGINT);
     EXPECT_EQ(process.wait(), 3);
     EXPECT_EQ(run(resume("tolerant")), 0) << read("out.txt");
@@ -234,7 +234,7 @@ TEST_F(MachineSession, AMachineThatHasAnotherPortNowIsResumed) {
     {
         PortMachine machine(port());
         Process process = start(probe("renamed"));
-        while (machine.probes() < 60) std::this_thread::sleep_for(1ms);
+        wait_for_probes(machine, 60);
         process.send(SIGINT);
         EXPECT_EQ(process.wait(), 3);
         rest = read_journal(folder_ / "renamed/journal.jsonl").last_rest();
@@ -395,7 +395,7 @@ TEST_F(MachineSession, JournalAndResultsTellProgramConfigurationAndObject) {
 TEST_F(MachineSession, ASecondProcessIsRefusedOnThePortAndOnTheSession) {
     PortMachine machine(port());
     Process first = start(probe("mine"));
-    while (machine.probes() < 20) std::this_thread::sleep_for(1ms);
+    wait_for_probes(machine, 20);
     EXPECT_EQ(run(probe("other")), 3);
     EXPECT_THAT(read("out.txt"), HasSubstr("in use by another process"));
     EXPECT_FALSE(fs::exists(folder_ / "other/config.yaml")) << "a session that never began is not in the way";
@@ -411,7 +411,7 @@ TEST_F(MachineSession, CutOffWhileItReturnsItIsResumedAgain) {
     {
         PortMachine machine(port());
         Process process = start(probe("returning"));
-        while (machine.probes() < 60) std::this_thread::sleep_for(1ms);
+        wait_for_probes(machine, 60);
         process.send(SIGKILL);
         (void)process.wait();
     }
@@ -437,7 +437,7 @@ TEST_F(MachineSession, APartThatMovedMeanwhileIsNoticedBeforeAnythingElse) {
     {
         PortMachine machine(port());
         Process process = start(probe("moved"));
-        while (machine.probes() < 100) std::this_thread::sleep_for(1ms);
+        wait_for_probes(machine, 100);
         process.send(SIGKILL);
         (void)process.wait();
     }
@@ -494,7 +494,7 @@ TEST_F(MachineSession, NothingMovesOutsideTheLimitsNotEvenBack) {
     EXPECT_EQ(machine.audit().moves, 0U);
     // A session that was interrupted, and a tool that somebody has moved out of the limits since.
     Process process = start(probe("away"));
-    while (machine.probes() < 60) std::this_thread::sleep_for(1ms);
+    wait_for_probes(machine, 60);
     process.send(SIGKILL);
     (void)process.wait();
     machine.host().with([](VirtualGrbl&) {});

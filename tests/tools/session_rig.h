@@ -151,6 +151,11 @@ protected:
     }
     [[nodiscard]] std::vector<std::string> resume(const std::string& session) const { return {"resume", session, "--yes"}; }
 
+    // Until the machine has seen so many, or for 20 s.
+    static void wait_for_probes(PortMachine& machine, std::uint64_t probes) {
+        for (int k = 0; k < 20'000 && machine.probes() < probes; ++k) std::this_thread::sleep_for(std::chrono::milliseconds(1));
+        ASSERT_GE(machine.probes(), probes);
+    }
     static void expect_safe(PortMachine& machine) {
         const VirtualToolAudit audit = machine.audit();
         EXPECT_EQ(audit.unguarded_moves, 0U);

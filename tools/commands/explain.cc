@@ -20,7 +20,7 @@ void tell(Output& output, const std::string& what, ExitCode code) {
     if (output.events == nullptr) return;
     using Json = nlohmann::ordered_json;
     const Json event = {{"event", "error"}, {"exit_code", static_cast<int>(code)}, {"text", what}};
-    output.events->write(event.dump(-1, ' ', false, Json::error_handler_t::replace) + '\n');
+    output.events->write(event_line(event));
 }
 
 }  // namespace

@@ -28,8 +28,6 @@ std::string nearest_option(const CLI::App& app, std::string_view typed) {
     return nearest.empty() ? "" : fmt::format("--{}", nearest);
 }
 
-std::string proposal(const std::string& words) { return words.empty() ? "" : fmt::format("; did you mean \"{}\"?", words); }
-
 // What was typed where a command is expected.
 std::string explain_command(const CLI::App& app, const std::string& typed) {
     if (is_option(typed)) {

@@ -28,7 +28,7 @@ protected:
         const bool is_warning = message.level >= spdlog::level::warn;
         if (output_.events != nullptr) {
             const nlohmann::ordered_json event = {{"event", "message"}, {"level", name}, {"text", text}};
-            output_.events->write(event.dump(-1, ' ', false, nlohmann::json::error_handler_t::replace) + '\n');
+            output_.events->write(event_line(event));
         }
         const bool is_coloured = colours_ && is_warning;
         output_.console.write(

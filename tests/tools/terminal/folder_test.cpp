@@ -21,7 +21,7 @@ TEST_F(SessionFolders, ASimulationReplacesNoJournalEvenWhenForced) {
     write_torus("torus.yaml");
     PortMachine machine(port());
     Process session = start(probe("part"));
-    while (machine.probes() < 20) std::this_thread::sleep_for(1ms);
+    wait_for_probes(machine, 20);
     EXPECT_EQ(run({"simulate", "torus.yaml", "-o", "part", "--force"}), 2);
     EXPECT_THAT(read("out.txt"), HasSubstr("another process works in it"));
     EXPECT_EQ(session.wait(), 0);
@@ -82,7 +82,7 @@ TEST_F(SessionFolders, TwoRunsIntoOneFolderAreNotMixed) {
 TEST_F(SessionFolders, AFolderThatIsDeletedIsNoticedAtTheNextLine) {
     PortMachine machine(port());
     Process session = start(probe("part"));
-    while (machine.probes() < 20) std::this_thread::sleep_for(1ms);
+    wait_for_probes(machine, 20);
     fs::remove_all(folder_ / "part");
     EXPECT_EQ(session.wait(), 3);
     EXPECT_THAT(read("out.txt"), HasSubstr("was deleted while the session ran"));
@@ -95,7 +95,7 @@ TEST_F(SessionFolders, AFolderThatIsMovedIsResumedWhereItIs) {
     ASSERT_EQ(run(probe("whole")), 0) << read("out.txt");
     Process session = start(probe("part"));
     const std::uint64_t before = machine.probes();
-    while (machine.probes() < before + 20) std::this_thread::sleep_for(1ms);
+    wait_for_probes(machine, before + 20);
     fs::rename(folder_ / "part", folder_ / "a b's");
     EXPECT_EQ(session.wait(), 3);
     EXPECT_THAT(read("out.txt"), HasSubstr("was moved while the session ran"));
@@ -107,7 +107,7 @@ TEST_F(SessionFolders, AFolderThatIsMovedIsResumedWhereItIs) {
 TEST_F(SessionFolders, HintsCanBeCopiedIntoAShell) {
     PortMachine machine(port());
     Process session = start(probe("it's one"));
-    while (machine.probes() < 20) std::this_thread::sleep_for(1ms);
+    wait_for_probes(machine, 20);
     session.send(SIGINT);
     EXPECT_EQ(session.wait(), 3);
     EXPECT_THAT(read("out.txt"), HasSubstr(R"(palpate resume 'it'\''s one')"));
@@ -116,7 +116,7 @@ TEST_F(SessionFolders, HintsCanBeCopiedIntoAShell) {
 TEST_F(SessionFolders, TheJournalMayBeNamedInPlaceOfItsFolder) {
     PortMachine machine(port());
     Process session = start(probe("part"));
-    while (machine.probes() < 20) std::this_thread::sleep_for(1ms);
+    wait_for_probes(machine, 20);
     session.send(SIGINT);
     EXPECT_EQ(session.wait(), 3);
     EXPECT_EQ(run(resume("part/journal.jsonl")), 0) << read("out.txt");
@@ -177,7 +177,7 @@ TEST_F(SessionFolders, ALargerBudgetIsNoWayAroundTheConfigurationsDigest) {
     std::vector<std::string> words = probe("part");
     words.insert(words.end(), {"--set", "probing.budget.probes=400"});
     Process session = start(words);
-    while (machine.probes() < 40) std::this_thread::sleep_for(1ms);
+    wait_for_probes(machine, 40);
     session.send(SIGINT);
     ASSERT_EQ(session.wait(), 3);
     std::string config = read("part/config.yaml");
@@ -212,7 +212,7 @@ TEST_F(SessionFolders, ADamagedJournalGoesOnFromItsLastGoodLine) {
     ASSERT_EQ(run(probe("whole")), 0) << read("out.txt");
     Process session = start(probe("part"));
     const std::uint64_t before = machine.probes();
-    while (machine.probes() < before + 60) std::this_thread::sleep_for(1ms);
+    wait_for_probes(machine, before + 60);
     session.send(SIGINT);
     ASSERT_EQ(session.wait(), 3);
     std::string journal = read("part/journal.jsonl");

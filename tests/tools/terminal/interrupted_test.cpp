@@ -33,9 +33,6 @@ protected:
         EXPECT_EQ(read(session + "/mesh.ply"), mesh_);
         EXPECT_EQ(read(session + "/touches.csv"), touches_) << "a touch was lost, or is there twice";
     }
-    static void wait_for_probes(PortMachine& machine, std::uint64_t probes) {
-        for (int k = 0; k < 20'000 && machine.probes() < probes; ++k) std::this_thread::sleep_for(1ms);
-    }
 
     // So many sessions, each met by a random one of all that may happen to it.
     void interrupt(int sessions);
