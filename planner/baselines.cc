@@ -3,6 +3,7 @@
 #include <CGAL/Advancing_front_surface_reconstruction.h>
 #include <CGAL/Exact_predicates_inexact_constructions_kernel.h>
 
+#include <Eigen/Geometry>
 #include <array>
 #include <cmath>
 #include <iterator>

@@ -44,10 +44,15 @@ double area_within(const TriangleMesh& mesh, std::span<const std::uint32_t> loop
 
 }  // namespace
 
-OpenArea measure_open_area(const TriangleMesh& mesh) {
+OpenArea measure_open_area(const TriangleMesh& mesh, double epsilon) {
     OpenArea area;
     for (const auto& [a, b, c] : mesh.triangles) {
-        area.covered += (mesh.points[b] - mesh.points[a]).cross(mesh.points[c] - mesh.points[a]).norm() / 2;
+        const Vector u = mesh.points[b] - mesh.points[a];
+        const Vector v = mesh.points[c] - mesh.points[a];
+        const double twice = u.cross(v).norm();
+        const bool stays = u.norm() * v.norm() * (u - v).norm() <= 2 * epsilon * twice;
+        area.facets += stays;
+        (stays ? area.covered : area.open) += twice / 2;
     }
     const std::vector<Edge> boundary = boundary_of(mesh);
     std::vector<bool> is_used(boundary.size());

@@ -43,9 +43,9 @@ struct RunView {
 
 // Who watches a run. Any may be empty. Watching changes nothing.
 struct Observer {
-    std::function<void(const Progress&)> on_progress;  // after every probe
-    std::function<void(const RunView&)> on_sample;     // after every sample that is not a seed
-    std::function<void(double way_mm)> on_home;        // before the tool goes back to where it began
+    std::function<void(const Progress&, const RunView&)> on_progress;  // after every probe
+    std::function<void(const RunView&)> on_sample;                     // after every sample that is not a seed
+    std::function<void(double way_mm)> on_home;                        // before the tool goes back to where it began
     // After every crossing that was inferred: S is met between `near`, which is free, and `far`, inside O.
     std::function<void(const Point& near, const Point& far)> on_inference;
 };

@@ -43,8 +43,8 @@ std::string describe_truth(const Simulation& run) {
 Simulation simulate_with_progress(const SessionConfig& config, const Scene& scene, Output& output, StopSignals& signals) {
     return with_progress(output, [&](const Observer& observer) {
         Observer stopping = observer;
-        stopping.on_progress = [&](const Progress& progress) {
-            observer.on_progress(progress);
+        stopping.on_progress = [&](const Progress& progress, const RunView& run) {
+            observer.on_progress(progress, run);
             signals.pause();
             if (signals.token().stop_requested()) throw Stopped("stopped; nothing was written");
         };

@@ -37,7 +37,6 @@ ExitCode run_session(const SessionPlan& plan, const SessionConfig& config, const
     try {
         const MachineRun run = with_progress(output, [&](const Observer& observer) {
             host.on_progress = observer.on_progress;
-            host.on_sample = observer.on_sample;
             return session(plan, host);
         });
         signals.release();

@@ -5,14 +5,10 @@
 #include <algorithm>
 #include <nlohmann/json.hpp>
 
-#include "planner/open_area.h"
-
 namespace palpate {
 namespace {
 
 constexpr std::chrono::seconds kEventPeriod{1};
-// An estimate is never the end.
-constexpr double kAlmostDone = 0.99;
 // Of the time, looking takes one in that.
 constexpr int kLookShare = 100;
 constexpr std::chrono::milliseconds kLookPeriod{200};
@@ -28,33 +24,23 @@ RunProgress::RunProgress(Output& output) : output_(output) {
     if (output.events == nullptr && !output.is_quiet) display_.emplace(sink_of(output.console), DisplayTraits::of(STDERR_FILENO));
 }
 
-void RunProgress::update(const Progress& progress) {
+void RunProgress::update(const Progress& progress, const RunView& run) {
+    look(progress, run);
     last_ = progress;
-    last_.fraction_done = fraction_ = std::max(fraction_, fraction_of(progress));
-    if (display_) display_->update(last_, expected_samples_);
+    last_.fraction_done = fraction_ = std::max(fraction_, estimate_.fraction_done(progress));
+    if (display_) display_->update(last_, estimate_.time_left());
     if (output_.events == nullptr) return;
     const auto now = std::chrono::steady_clock::now();
     if (!told_ || now - *told_ >= kEventPeriod) {
         told_ = now;
-        time_left_.note(now.time_since_epoch(), static_cast<double>(progress.samples),
-                        expected_samples_ > 0 ? expected_samples_ : static_cast<double>(progress.samples) / progress.fraction_done);
         tell(last_);
     }
 }
 
-double RunProgress::fraction_of(const Progress& progress) const {
-    if (!(expected_samples_ > 0)) return progress.fraction_done;
-    return std::min(kAlmostDone, static_cast<double>(progress.samples) / expected_samples_);
-}
-
-void RunProgress::look(const RunView& run) {
+void RunProgress::look(const Progress& progress, const RunView& run) {
     const auto begin = std::chrono::steady_clock::now();
     if (begin < next_look_) return;
-    const OpenArea area = measure_open_area(run.surface());
-    // Before that the guess is too small.
-    if (area.covered > 0 && area.open < area.covered) {
-        expected_samples_ = static_cast<double>(run.samples.size()) * (1 + area.open / area.covered);
-    }
+    estimate_.note(begin.time_since_epoch(), progress, run.surface());
     const auto end = std::chrono::steady_clock::now();
     next_look_ = end + std::max<std::chrono::nanoseconds>(kLookShare * (end - begin), kLookPeriod);
 }
@@ -72,7 +58,7 @@ void RunProgress::finish(const Result& result) {
 
 void RunProgress::tell(const Progress& progress) {
     using Json = nlohmann::ordered_json;
-    const std::chrono::nanoseconds left = time_left_.left();
+    const std::chrono::nanoseconds left = estimate_.time_left().left();
     const Json event = {{"event", "progress"},
                         {"fraction_done", progress.fraction_done},
                         {"seconds_left", left.count() < 0 ? Json() : Json(std::chrono::duration<double>(left).count())},

@@ -17,13 +17,13 @@ namespace {
 
 namespace fs = std::filesystem;
 
-// Negative if another process has it.
+// The lock on it, which ends with this process.
 int lock_of(const fs::path& folder) {
     const int file = ::open(folder.c_str(), O_RDONLY | O_DIRECTORY | O_CLOEXEC);
     if (file < 0) throw OutputError(fmt::format("{}: {}", folder.string(), std::generic_category().message(errno)));
     if (::flock(file, LOCK_EX | LOCK_NB) == 0) return file;
     ::close(file);
-    return -1;
+    throw OutputError(fmt::format("{}: another process works in it; wait for its end, or choose another folder", folder.string()));
 }
 
 void require_no_journal(const fs::path& folder) {
@@ -60,11 +60,7 @@ SessionFolder SessionFolder::begin(const fs::path& folder, const std::vector<fs:
     if (error || !fs::is_directory(folder)) {
         throw OutputError(fmt::format("{}: cannot make this folder: {}", folder.string(), error ? error.message() : "a file is there"));
     }
-    const int lock = lock_of(folder);
-    if (lock < 0) {
-        throw OutputError(fmt::format("{}: another process works in it; wait for its end, or choose another folder", folder.string()));
-    }
-    SessionFolder begun(folder, std::move(made), lock);
+    SessionFolder begun(folder, std::move(made), lock_of(folder));
     require_no_journal(folder);
     require_no_input(folder, inputs);
     for (const std::string_view file : kSessionFiles) {
@@ -87,11 +83,7 @@ SessionFolder SessionFolder::open(const fs::path& folder_or_journal) {
         throw SetupError(
             fmt::format("{}: holds no {} that is a file; only what `palpate probe` began can be resumed", folder.string(), kJournalFile));
     }
-    const int lock = lock_of(folder);
-    if (lock < 0) {
-        throw JournalError(fmt::format("{}: another process runs this session; wait for its end, or stop it", folder.string()));
-    }
-    return {folder, {}, lock};
+    return {folder, {}, lock_of(folder)};
 }
 
 SessionFolder::SessionFolder(fs::path path, std::vector<fs::path> made, int lock)

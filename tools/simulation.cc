@@ -52,7 +52,6 @@ Simulation simulate(const SessionConfig& config, const Scene& scene, const Obser
     TimedOracle oracle(device_oracle);
     Observer observer;
     observer.on_progress = watcher.on_progress;
-    observer.on_sample = watcher.on_sample;
     Simulation run;
     Seconds checking{0};
     observer.on_inference = [&](const Point& near, const Point& far) {

@@ -37,7 +37,7 @@ struct Simulation {
     double oracle_seconds = 0.0;
 };
 
-// Throws what probe_surface throws. Of `watcher`, on_progress and on_sample are called, if they are given.
+// Throws what probe_surface throws. Of `watcher`, on_progress is called, if it is given.
 [[nodiscard]] Simulation simulate(const SessionConfig& config, const Scene& scene, const Observer& watcher = {});
 
 }  // namespace palpate

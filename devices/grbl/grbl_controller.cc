@@ -233,11 +233,7 @@ void Controller::on_alarm(const Alarm& alarm) {
 bool Controller::wait_for_first_status(const StopToken& stop) {
     const auto until = link_.now() + kBootTime;
     while (link_.now() < until) {
-        if (stop.stop_requested()) {
-            link_.send_realtime(kFeedHold);  // an earlier host's motion, for all that is known
-            state_ = State::lost;
-            throw Stopped(fmt::format("stopped before the machine on {} had answered; it was told to hold", link_.name()));
-        }
+        if (stop.stop_requested()) stop_unheard();
         link_.send_realtime(kAskStatus);
         const auto next_poll = link_.now() + 2 * kPollInterval;
         while (const auto message = link_.receive(next_poll)) {
@@ -246,9 +242,15 @@ bool Controller::wait_for_first_status(const StopToken& stop) {
         }
         // In the trap of its soft limit the controller hears nothing but a reset, and nothing moves there. One is swallowed that comes too
         // early (devices/FACTS.md, "GRBL"): it is sent again, which there is time for once.
-        if (link_.now() > until - kBootTime / 2 && !reset_until_banner(until)) return false;
+        if (link_.now() > until - kBootTime / 2 && !reset_until_banner(until, stop)) return false;
     }
     return false;
+}
+
+void Controller::stop_unheard() {
+    link_.send_realtime(kFeedHold);  // an earlier host's motion, for all that is known
+    state_ = State::lost;
+    throw Stopped(fmt::format("stopped before the machine on {} had answered; it was told to hold", link_.name()));
 }
 
 void Controller::connect(const StopToken& stop) {
@@ -350,13 +352,15 @@ Place Controller::wait_for_standstill(std::chrono::nanoseconds longest, const St
 
 // --- ways out --------------------------------------------------------------------------------------------------------
 
-bool Controller::reset_until_banner(std::chrono::nanoseconds until) {
+bool Controller::reset_until_banner(std::chrono::nanoseconds until, const StopToken& stop) {
     // Nothing may be sent before the banner; a reset can be swallowed, and is sent again.
     while (link_.now() < until) {
         link_.send_realtime(kReset);
         const auto again = link_.now() + kAnswerTime;
-        while (const auto message = link_.receive(again)) {
-            if (is<Banner>(*message)) return true;
+        while (link_.now() < again) {
+            if (stop.stop_requested()) stop_unheard();
+            const auto message = link_.receive(std::min(again, link_.now() + kPollInterval));
+            if (message && is<Banner>(*message)) return true;
         }
     }
     return false;

@@ -133,7 +133,9 @@ private:
     [[nodiscard]] Place wait_for_standstill(std::chrono::nanoseconds longest, const StopToken& stop = {});
     void reset();
     // Ctrl-X until the banner comes; false if none does.
-    [[nodiscard]] bool reset_until_banner(std::chrono::nanoseconds until);
+    [[nodiscard]] bool reset_until_banner(std::chrono::nanoseconds until, const StopToken& stop = {});
+    // Throws Stopped: of a machine that has said nothing yet.
+    [[noreturn]] void stop_unheard();
     void note_conditions(const Status& status);
     void note_offset(const Point& offset);
     void forget_offset();

@@ -33,7 +33,6 @@ MachineRun run_on(JournalingDevice& journal, const SessionPlan& plan, const Sess
     options.goes_home = true;
     Observer observer;
     observer.on_progress = host.on_progress;
-    observer.on_sample = host.on_sample;
     observer.on_home = [&](double way_mm) {
         if (!journal.is_used_up()) return;
         host.say(

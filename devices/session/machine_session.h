@@ -53,11 +53,10 @@ struct PlannedMotion {
 
 // Whoever runs a session.
 struct SessionHost {
-    std::function<std::unique_ptr<Machine>()> connect;      // a replay needs none; what it gives heeds `stop` by itself
-    std::function<void(const PlannedMotion&)> ask;          // asks the operator before anything moves; throws if the answer is no
-    std::function<void(const Progress&)> on_progress = {};  // may be empty
-    std::function<void(const RunView&)> on_sample = {};     // may be empty
-    std::function<void()> on_raised = {};                   // the journal goes by the plan with the larger budget from now on; may be empty
+    std::function<std::unique_ptr<Machine>()> connect;  // a replay needs none; what it gives heeds `stop` by itself
+    std::function<void(const PlannedMotion&)> ask;      // asks the operator before anything moves; throws if the answer is no
+    std::function<void(const Progress&, const RunView&)> on_progress = {};  // may be empty
+    std::function<void()> on_raised = {};  // the journal goes by the plan with the larger budget from now on; may be empty
     std::function<void(const std::string& sentence)> say = [](const std::string&) {};  // what the operator may want to know
     // Has the probe pressed by hand, and says whether it was seen to close and to open; empty: nobody can be asked.
     std::function<bool(Machine&)> press = {};

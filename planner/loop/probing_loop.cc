@@ -205,7 +205,7 @@ void ProbingLoop::add_sample(const Point& p, CellId near, std::uint32_t touch, T
         const Crossing& left = state_.crossing(e);
         if (!left.inferred && criteria_.is_bad(left.ball_radius, left.near)) note_bad(e);
     }
-    if (observer_.on_sample) observer_.on_sample({head_.touches(), state_.samples(), [this] { return extract_surface(state_).mesh; }});
+    if (observer_.on_sample) observer_.on_sample(view());
 }
 
 void ProbingLoop::add_sample_of(const SurfaceGrowth::Step& step) {
@@ -319,7 +319,11 @@ void ProbingLoop::report() {
     progress.epsilon = options_.epsilon;
     progress.open_edges = walk_.open_count() + (growth_ ? growth_->open_count() : 0);
     progress.fraction_done = progress_.fraction(head_.touches(), state_.sample_count());
-    observer_.on_progress(progress);
+    observer_.on_progress(progress, view());
+}
+
+RunView ProbingLoop::view() const {
+    return {head_.touches(), state_.samples(), [this] { return extract_surface(state_).mesh; }};
 }
 
 Result ProbingLoop::result() {

@@ -69,6 +69,7 @@ private:
     [[nodiscard]] std::vector<BadFacet> bad_facets(const RestrictedSurface& surface) const;
     // Inserts the ball's centre, or has it touched first if it was inferred. False if it is gone.
     bool refine(const SurfaceBall& ball, Touch::Role role, double spacing);
+    [[nodiscard]] RunView view() const;
     void report();
 
     const Options& options_;

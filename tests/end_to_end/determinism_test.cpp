@@ -30,10 +30,11 @@ TEST(Determinism, WatchingChangesNothing) {
     std::size_t reports = 0;
     double last_fraction = 0;
     bool falling = false;
-    observer.on_progress = [&](const Progress& p) {
+    observer.on_progress = [&](const Progress& p, const RunView& run) {
         ++reports;
         falling |= p.fraction_done < last_fraction || p.fraction_done > 1;
         last_fraction = p.fraction_done;
+        EXPECT_EQ(run.samples.size(), p.samples);
     };
     std::size_t samples = 0;
     observer.on_sample = [&](const RunView& view) {

@@ -2,10 +2,13 @@
 
 #include <gtest/gtest.h>
 
+#include <cmath>
 #include <numbers>
 
 namespace palpate {
 namespace {
+
+constexpr double kSmallEnough = 2;
 
 // A sphere of radius 1 from a grid of latitudes and longitudes.
 TriangleMesh sphere(std::uint32_t rows, std::uint32_t columns) {
@@ -30,10 +33,10 @@ TriangleMesh sphere(std::uint32_t rows, std::uint32_t columns) {
 
 TEST(OpenArea, OfAClosedMeshIsNone) {
     // The poles are rings of no length.
-    const OpenArea area = measure_open_area(sphere(40, 80));
+    const OpenArea area = measure_open_area(sphere(40, 80), kSmallEnough);
     EXPECT_NEAR(area.covered, 4 * std::numbers::pi, 0.02);
     EXPECT_NEAR(area.open, 0, 1e-12);
-    EXPECT_EQ(measure_open_area({}).open, 0);
+    EXPECT_EQ(measure_open_area({}, kSmallEnough).open, 0);
 }
 
 TEST(OpenArea, OfFlatHolesIsExact) {
@@ -54,7 +57,7 @@ TEST(OpenArea, OfFlatHolesIsExact) {
             mesh.triangles.push_back({corner, corner + kSide + 2, corner + kSide + 1});
         }
     }
-    const OpenArea area = measure_open_area(mesh);
+    const OpenArea area = measure_open_area(mesh, kSmallEnough);
     EXPECT_DOUBLE_EQ(area.covered, kSide * kSide - holes);
     // The sheet's own border is a loop, too.
     EXPECT_NEAR(area.open, kSide * kSide + holes, 1e-9);
@@ -62,7 +65,7 @@ TEST(OpenArea, OfFlatHolesIsExact) {
 
 TEST(OpenArea, OfSmallHolesInACurvedSurfaceIsAboutRight) {
     TriangleMesh mesh = sphere(60, 120);
-    const double whole = measure_open_area(mesh).covered;
+    const double whole = measure_open_area(mesh, kSmallEnough).covered;
     // Patches of 6 by 6 cells, every tenth.
     std::vector<std::array<std::uint32_t, 3>> kept;
     for (std::size_t k = 0; k < mesh.triangles.size(); ++k) {
@@ -70,10 +73,24 @@ TEST(OpenArea, OfSmallHolesInACurvedSurfaceIsAboutRight) {
         if (cell / 120 % 10 >= 6 || cell % 120 % 10 >= 6 || cell / 120 < 10 || cell / 120 >= 50) kept.push_back(mesh.triangles[k]);
     }
     mesh.triangles = kept;
-    const OpenArea area = measure_open_area(mesh);
+    const OpenArea area = measure_open_area(mesh, kSmallEnough);
     const double missing = whole - area.covered;
     EXPECT_GT(missing, 0.2 * whole);
     EXPECT_NEAR(area.open, missing, 0.1 * missing);
+}
+
+// They will be refined.
+TEST(OpenArea, OfLargeFacetsIsTheirs) {
+    TriangleMesh mesh;
+    mesh.points = {{0, 0, 0}, {1, 0, 0}, {1, 1, 0}, {0, 1, 0}};
+    mesh.triangles = {{0, 1, 2}, {0, 2, 3}, {2, 1, 0}, {3, 2, 0}};
+    const double circumradius = std::sqrt(0.5);
+    for (const double share : {0.99, 1.01}) {
+        const OpenArea area = measure_open_area(mesh, share * circumradius);
+        EXPECT_EQ(area.facets, share > 1 ? 4U : 0U);
+        EXPECT_DOUBLE_EQ(area.covered, share > 1 ? 2 : 0);
+        EXPECT_DOUBLE_EQ(area.open, share > 1 ? 0 : 2);
+    }
 }
 
 }  // namespace

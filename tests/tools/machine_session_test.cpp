@@ -291,6 +291,23 @@ TEST_F(MachineSession, WhatConnectingMayDoIsSaidBefore) {
     EXPECT_EQ(sent.find_first_not_of("?\x18"), std::string::npos) << "no line was sent";
 }
 
+// Also when the silence has lasted so long that resets are sent.
+TEST_F(MachineSession, AStopOnASilentPortEndsAtOnceAndSaysSo) {
+    PseudoTerminal silent(port());
+    Process probing = start(probe("mine"));
+    std::string sent;
+    while (sent.find('\x18') == std::string::npos) {
+        std::this_thread::sleep_for(20ms);
+        (void)silent.take_openings();
+        sent += silent.read();
+    }
+    const auto asked = std::chrono::steady_clock::now();
+    probing.send(SIGTERM);
+    EXPECT_EQ(probing.wait(), 3);
+    EXPECT_LT(std::chrono::steady_clock::now() - asked, 1s);
+    EXPECT_THAT(read("out.txt"), HasSubstr("stopped before the machine on " + port().string() + " had answered"));
+}
+
 TEST_F(MachineSession, CheckSaysThatTheToolIsWhereNoSessionCanBegin) {
     VirtualToolOptions inside = axes();
     inside.start = kOrigin + Point(0, 0, 6);
@@ -399,8 +416,8 @@ TEST_F(MachineSession, ASecondProcessIsRefusedOnThePortAndOnTheSession) {
     EXPECT_EQ(run(probe("other")), 3);
     EXPECT_THAT(read("out.txt"), HasSubstr("in use by another process"));
     EXPECT_FALSE(fs::exists(folder_ / "other/config.yaml")) << "a session that never began is not in the way";
-    EXPECT_EQ(run(resume("mine")), 3);
-    EXPECT_THAT(read("out.txt"), HasSubstr("another process runs this session"));
+    EXPECT_EQ(run(resume("mine")), 2);
+    EXPECT_THAT(read("out.txt"), HasSubstr("another process works in it"));
     EXPECT_EQ(first.wait(), 0);
     expect_safe(machine);
 }

@@ -112,28 +112,25 @@ ProgressDisplay::~ProgressDisplay() {
     sink_.line(status_);
 }
 
-void ProgressDisplay::update(const Progress& progress, double expected_samples) {
+void ProgressDisplay::update(const Progress& progress, const TimeLeft& time_left) {
     const std::chrono::nanoseconds now = clock_();
     const std::chrono::nanoseconds period =
         traits_.rewrites ? std::chrono::nanoseconds(kTerminalPeriod) : std::chrono::nanoseconds(kPipePeriod);
     if (last_drawn_ && now - *last_drawn_ < period) return;
     last_drawn_ = now;
-    const auto samples = static_cast<double>(progress.samples);
-    time_left_.note(now, samples, expected_samples > 0 ? expected_samples : samples / clean_fraction(progress.fraction_done));
-    if (!traits_.rewrites) return sink_.line(text(progress));
-    status_ = text(progress);
+    if (!traits_.rewrites) return sink_.line(text(progress, time_left));
+    status_ = text(progress, time_left);
     sink_.status(status_);
 }
 
 void ProgressDisplay::finish(const Progress& progress) {
-    time_left_ = {};
     if (traits_.rewrites) sink_.status({});
     status_.clear();
-    sink_.line(text(progress));
+    sink_.line(text(progress, {}));
 }
 
-std::string ProgressDisplay::text(const Progress& progress) const {
-    const std::string left = time_left_.text();
+std::string ProgressDisplay::text(const Progress& progress, const TimeLeft& time_left) const {
+    const std::string left = time_left.text();
     if (!traits_.rewrites) {
         const std::string line = fmt::format("{}", fmt::join(parts_of(progress, left), ", "));
         return line.substr(line.find_first_not_of(' '));

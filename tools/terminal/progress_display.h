@@ -43,18 +43,16 @@ public:
 
     // To be called as often as one likes: draws at most every 0.1 s on a terminal, every 2 s in a pipe, and otherwise
     // costs a look at the clock.
-    // `expected_samples`: of the whole run, if that is known better than the fraction has it; 0: it is not.
-    void update(const Progress& progress, double expected_samples = 0.0);
+    void update(const Progress& progress, const TimeLeft& time_left = {});
     // Draws `progress` for good.
     void finish(const Progress& progress);
 
 private:
-    [[nodiscard]] std::string text(const Progress& progress) const;
+    [[nodiscard]] std::string text(const Progress& progress, const TimeLeft& time_left) const;
 
     ProgressSink sink_;
     DisplayTraits traits_;
     Clock clock_;
-    TimeLeft time_left_;
     std::optional<std::chrono::nanoseconds> last_drawn_;
     std::string status_;  // drawn now, if any is
 };

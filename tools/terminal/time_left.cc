@@ -16,7 +16,7 @@ constexpr double kEnough = 0.1;
 void TimeLeft::note(std::chrono::nanoseconds now, double done, double whole) {
     whole_ = whole;
     if (moments_.empty()) begun_ = now;
-    moments_.push_back({now, done});
+    moments_.push_back({now, moments_.empty() ? done : std::max(done, moments_.back().done)});
     while (moments_.size() > 2 && moments_[1].time - begun_ <= (now - begun_) / 2) moments_.pop_front();
 }
 

@@ -12,7 +12,7 @@ namespace palpate {
 
 class TimeLeft {
 public:
-    // So much is `done` of `whole`, as far as that is known now, in any unit that stays the same; time and what is done never fall.
+    // So much is `done` of `whole`, as far as that is known now, in any unit that stays the same; time never falls.
     void note(std::chrono::nanoseconds now, double done, double whole = 1.0);
     // "3 min left", or nothing as long as too little is done to tell.
     [[nodiscard]] std::string text() const;

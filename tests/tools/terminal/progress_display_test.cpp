@@ -38,9 +38,11 @@ protected:
 TEST_F(Display, PipeGetsAWholeLineAtMostEveryTwoSeconds) {
     ProgressDisplay display(sink(), {}, clock());
     Progress progress = kHalf;
+    TimeLeft time_left;
     for (int i = 0; i < 500; ++i) {
         progress.samples = static_cast<std::uint64_t>(i);
-        display.update(progress);
+        time_left.note(now_, i, 2 * i);
+        display.update(progress, time_left);
         now_ += milliseconds(10);
     }
     display.finish(kHalf);

@@ -27,6 +27,16 @@ TEST(TimeLeft, OfARunOfConstantSpeedIsExact) {
     }
 }
 
+// A facet that was known may be lost.
+TEST(TimeLeft, NeverGoesBack) {
+    TimeLeft left;
+    left.note(seconds(0), 10, 100);
+    left.note(seconds(10), 60, 100);
+    left.note(seconds(20), 59, 100);
+    left.note(seconds(30), 80, 100);
+    EXPECT_EQ(left.left(), seconds(20));
+}
+
 // What is replayed from a journal takes no time.
 TEST(TimeLeft, AfterAReplayItIsThatOfTheMachine) {
     TimeLeft left;

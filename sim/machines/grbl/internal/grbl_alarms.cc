@@ -1,6 +1,7 @@
 // How a virtual GRBL controller stops: resets, alarms, and the faults that it is told to suffer.
 #include <fmt/format.h>
 
+#include <Eigen/Geometry>
 #include <utility>
 
 #include "sim/machines/grbl/internal/grbl_machine.h"
