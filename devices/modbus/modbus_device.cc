@@ -19,6 +19,7 @@ namespace {
 
 // A probe that bounces while it opens may close again; more often than this it is stuck.
 constexpr int kRetractAttempts = 3;
+constexpr std::chrono::milliseconds kDisturbance{10};
 // The place to rest at is told by where the probe opens.
 constexpr double kUntilOpen = std::numeric_limits<double>::infinity();
 // mm: a homed machine may stand a little outside of its own limits.
@@ -369,7 +370,11 @@ void ModbusDevice::draw_back(const ModbusStatus& status, const Way& way, double 
     ModbusStatus now = status;
     for (int attempt = 0; attempt < kRetractAttempts; ++attempt) {
         if (now.is_probe_closed) now = until_open(now, way, rest);
-        if (now.is_probe_closed) break;
+        if (now.is_probe_closed) {
+            // At the start of the way already: a disturbance as short as that was no touch.
+            now = motion_->look_after(kDisturbance);
+            continue;
+        }
         const Point goal = rest <= 0.0 ? way.start : way.at(rest);
         if (!motion_->is_near(now.actual, goal)) now = go(now, way, rest, ProbeEdge::closing);
         if (!now.is_probe_closed && motion_->is_near(now.actual, goal)) {

@@ -76,7 +76,8 @@ bool NormalCone::cut(const Vector& u, double limit) {
     }
     if (!any_out) return true;
     if (!any_in) return false;
-    std::array<Vector, kMaxExtremes + 1> kept;
+    // A convex polygon has two changes of sign. One whose corners almost coincide may have more, by rounding: at most one at each.
+    std::array<Vector, 2 * kMaxExtremes> kept;
     std::size_t n = 0;
     for (std::size_t k = 0; k < count_; ++k) {
         const std::size_t next = (k + 1) % count_;

@@ -123,22 +123,26 @@ TEST_F(MachineSession, FindsTheSameTopologyOnEveryMachine) {
     EXPECT_EQ(read("grbl/mesh.ply"), read("grblhal/mesh.ply"));
 }
 
-TEST_F(MachineSession, KilledAHundredTimesAtRandomMomentsItEndsWithTheSameMesh) {
+class KilledSession : public MachineSession {
+protected:
+    void kill_at_random_moments(int times);
+};
+
+void KilledSession::kill_at_random_moments(int times) {
     constexpr std::uint64_t kSeed = 2026;
-    constexpr int kKills = 100;
     SCOPED_TRACE(seed_text(kSeed));
     Random random(kSeed);
     const auto begin = std::chrono::steady_clock::now();
     ASSERT_NO_FATAL_FAILURE(run_reference());
     const std::chrono::duration<double> whole = std::chrono::steady_clock::now() - begin;
     int kills = 0;
-    for (int session = 0; kills < kKills; ++session) {
+    for (int session = 0; kills < times; ++session) {
         PortMachine machine(port());
         const std::string name = "killed_" + std::to_string(session);
         std::uint64_t resumptions = 0;
         for (bool is_first = true;; is_first = false) {
             Process process = start(is_first || !fs::exists(folder_ / name / "journal.jsonl") ? probe(name) : resume(name));
-            const bool ends = kills >= kKills || resumptions > 12;
+            const bool ends = kills >= times || resumptions > 12;
             if (!ends) {
                 std::this_thread::sleep_for(random.uniform(0, 0.3) * whole);
                 process.send(SIGKILL);
@@ -162,8 +166,11 @@ TEST_F(MachineSession, KilledAHundredTimesAtRandomMomentsItEndsWithTheSameMesh) 
         EXPECT_LE(journal.resumptions.size(), resumptions);
         ASSERT_FALSE(HasFailure()) << name;
     }
-    EXPECT_GE(kills, kKills);
+    EXPECT_GE(kills, times);
 }
+
+TEST_F(KilledSession, EndsWithTheSameMesh) { kill_at_random_moments(30); }
+TEST_F(KilledSession, NightlyAHundredTimes) { kill_at_random_moments(100); }
 
 TEST_F(MachineSession, UnpluggedResetAlarmedOrSilentItIsResumedAndEndsWithTheSameMesh) {
     constexpr std::uint64_t kSeed = 7;

@@ -304,6 +304,11 @@ MotionEnd ModbusMotion::run(const ModbusStatus& before, const ArmedMove& move, c
     }
 }
 
+ModbusStatus ModbusMotion::look_after(std::chrono::nanoseconds time) {
+    clock_.sleep(time);
+    return client_.status();
+}
+
 ModbusStatus ModbusMotion::stop() {
     client_.halt(client_.link().options().reconnect_time);
     const auto deadline = clock_.now() + nanoseconds(patience_);

@@ -48,6 +48,8 @@ public:
     // nothing more. Throws FalseReport when the axes stand, PositionLost if the controller has restarted, ConnectionLost when the
     // connection came back but the controller had given up the move, and when it did not come back.
     [[nodiscard]] MotionEnd run(const ModbusStatus& before, const ArmedMove& move, const StopToken& stop);
+    // What the machine says after that time, in which nothing is sent.
+    [[nodiscard]] ModbusStatus look_after(std::chrono::nanoseconds time);
     // Slows down and waits for standstill. A heartbeat fault is reset: the position stays true. Throws as run, never Stopped.
     ModbusStatus stop();
     // Halts the axes if they move, and throws FalseReport with what is to be done.

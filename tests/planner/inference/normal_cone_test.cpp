@@ -133,6 +133,27 @@ TEST(NormalCone, AFalseBoundLeavesNothing) {
     EXPECT_GT(refuted, 150);
 }
 
+// The same slabs over and over, to rounding: corners that lie on one line make the polygon look concave.
+TEST(NormalCone, StaysWithinItsCornersWhenSlabsAlmostCoincide) {
+    Random random(kSeed);
+    constexpr double kDistance = 0.2;
+    const auto neighbor = [&] {
+        const double height = 0.45 * random.uniform(-1, 1) * kDistance * kDistance;
+        const double angle = random.uniform(0, 7);
+        return Vector(kDistance * std::cos(angle), kDistance * std::sin(angle), -height);
+    };
+    for (int trial = 0; trial < 20000; ++trial) {
+        NormalCone cone;
+        for (int k = 0; k < 20 && !cone.is_known(); ++k) cone.begin(neighbor(), neighbor(), Vector::UnitZ(), 1, 0);
+        const std::array<Vector, 4> again{neighbor(), neighbor(), neighbor(), neighbor()};
+        for (int k = 0; k < 200 && cone.is_known(); ++k) {
+            const Vector& b = again[random.below(4)];
+            if (!cone.narrow(b + 1e-16 * kDistance * random.direction(), 1 + 1e-16 * k, 0)) break;
+            ASSERT_LE(cone.extremes().size(), 8U);
+        }
+    }
+}
+
 TEST(NormalCone, CannotTellTheSidesOfATouchAlongTheSurface) {
     NormalCone cone;
     EXPECT_FALSE(cone.begin({0.1, 0, 0}, {0, 0.1, 0}, {1, 0, 0}, 1, kMargin)) << "the probe came in the tangent plane";

@@ -212,7 +212,7 @@ void Interrupted::interrupt(int sessions) {
     std::cout << "slowest stop: " << slowest.count() << " s\n";
 }
 
-TEST_F(Interrupted, InEveryWayItEndsWithTheSameBytes) { interrupt(20); }
+TEST_F(Interrupted, InEveryWayItEndsWithTheSameBytes) { interrupt(12); }
 TEST_F(Interrupted, NightlyAHundredTimes) { interrupt(100); }
 
 }  // namespace
