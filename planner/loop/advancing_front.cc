@@ -3,24 +3,56 @@
 #include <Eigen/Geometry>
 #include <algorithm>
 #include <cmath>
+#include <limits>
+#include <numbers>
 
 namespace palpate {
 namespace {
 
 // Touches for one open edge that changed nothing, after which it is left to a walk over Voronoi edges.
-constexpr std::uint32_t kMaxAttempts = 6;
+constexpr std::uint32_t kMaxAttempts = 3;
 // Attempts that may go to a dual edge in doubt.
 constexpr std::uint32_t kDualAttempts = 2;
-// Places that are tried between the ideal place of a new sample and the centre of the empty circle ahead.
-constexpr int kPlaces = 4;
+// Of ε: an edge whose facet ahead is in doubt is taken to be so much farther away. New samples beside it mostly settle the doubt.
+constexpr double kDoubtWaits = 4.0;
+// With fewer bonds a new sample begins a row instead of filling one: for each that it lacks, its edge is taken to be an ε farther away.
+constexpr double kBonds = 2.5;
+// Of ε: places for new samples are looked at around one so far ahead of the edge, two such steps to all sides; then finer, around the best.
+constexpr double kAhead = 1.15;
+constexpr double kStep = 0.25;
+// Of the wanted circumradius: no new triangle is larger, ...
+constexpr double kLargest = 1.03;
+// ... nor than that many ε, as balls are larger than their facets.
+constexpr double kLargestOfAll = 0.99;
+// Lenses of reach r leave most crossings at a facet of circumradius ρ to a gap that reaches no farther from its plane than kGap ρ²/2r.
+// With 4.5 there are fewer samples and more facets in doubt, with 6.5 it is the other way round, for about as many probes.
+constexpr double kGap = 5.0;
+// Of ε: smaller triangles make more samples, and on the bunny, where local bounds ask for them, save no probes.
+constexpr double kLeastRadius = 0.85;
 // A facet ahead is larger than ε by this much before its centre is too far away to aim at.
-constexpr double kLarge = 4.0;
+constexpr double kLarge = 2.0;
 // New samples keep a distance of that many ε: rounding aside.
 constexpr double kSpacing = 1 + 1e-7;
+// Samples that are farther from a tangent plane than that many ε are not beside the open edge.
+constexpr double kSheet = 1.5;
 // Facets steeper than this against the open edge's tangent plane are not ahead.
 constexpr double kSteepest = 0.5;
 // A start is put inside a lens by this part of the way: not on its boundary.
 constexpr double kInside = 1e-3;
+
+// What a sample at that distance (in circumradii of the triangles wanted) is worth to a new one: 1 where the two make an edge of a
+// hexagonal lattice, and less than nothing where they are much nearer, or too far for an edge and too near for two. Flat at the
+// top on the near side: with straight lines on both sides 1 to 5 % more probes are needed.
+double bond(double distance) {
+    constexpr double kEdge = std::numbers::sqrt3;
+    constexpr double kNextBut = 3.0;  // of the lattice, too: across an edge from one triangle to the next
+    constexpr double kBetween = (kEdge + kNextBut) / 2;
+    constexpr double kShort = 0.525;  // an edge that lacks so much is worth nothing
+    constexpr double kLoss = 0.5;     // at kBetween
+    if (distance < kEdge) return 1 - std::pow((kEdge - distance) / kShort, 2);
+    if (distance < kBetween) return std::lerp(1, -kLoss, (distance - kEdge) / (kBetween - kEdge));
+    return distance < kNextBut ? std::lerp(-kLoss, 0, (distance - kBetween) / (kNextBut - kBetween)) : 0;
+}
 
 }  // namespace
 
@@ -212,57 +244,92 @@ std::optional<FrontTouch> AdvancingFront::touch_dual_edge(const FacetView& facet
     return touch;
 }
 
-std::optional<FrontTouch> AdvancingFront::touch_ahead(const OpenEdge& edge, const std::optional<FacetView>& ahead) {
-    // On the bisector plane of the edge's ends, at the circumradius wanted; a longer edge has a larger circle.
-    const double radius = std::max(options_.growth * options_.epsilon, edge.half * (1 + kInside));
-    const double ideal = radius + std::sqrt(radius * radius - edge.half * edge.half);
-    const double centre = ahead ? (ahead->line.origin - edge.middle).dot(edge.ahead) : ideal;
-    near_.clear();
-    const auto add_neighbors = [&](std::uint32_t sample) {
-        state_.adjacent_samples(sample, adjacent_);
-        near_.insert(near_.end(), adjacent_.begin(), adjacent_.end());
-    };
-    add_neighbors(edge.a);
-    add_neighbors(edge.b);
-    if (ahead) {
-        for (const std::uint32_t v : ahead->corners) {
-            if (v != edge.a && v != edge.b) add_neighbors(v);
-        }
-    }
-    const std::array<std::uint32_t, 3> beside{edge.a, edge.b, edge.c};
-    for (int k = static_cast<int>(edge.attempts); k <= kPlaces; ++k) {
-        const Point place = edge.middle + (ideal + (centre - ideal) * k / kPlaces) * edge.ahead;
-        FrontTouch touch;
-        touch.beside = beside;
-        const std::optional<Clearance> free = clearance_at(place, edge.up, beside);
-        const auto chord = state_.surroundings().unknown_part(place, edge.up);
-        if (!free || !chord) continue;
-        std::optional<double> inside;
-        touch.interior_of = beside[0];
-        for (const std::uint32_t v : beside) {
-            if (!inference_.knows(v)) continue;
-            if (const auto in = inference_.lens(v, Side::interior).clip(place, edge.up); in && (!inside || in->high > *inside)) {
-                inside = in->high;
-                touch.interior_of = v;
+// The largest ρ for which the ball at a gap's end is not larger than ε: ρ² + (kGap ρ²/2r)² = ε².
+double AdvancingFront::wanted_radius(const OpenEdge& edge) const {
+    const double reach = std::min({inference_.reach(edge.a), inference_.reach(edge.b), inference_.reach(edge.c)});
+    const double radius = std::sqrt(2 / (1 + std::hypot(1, kGap * options_.epsilon / reach)));
+    return std::max(radius, kLeastRadius) * options_.epsilon;
+}
+
+std::optional<AdvancingFront::Place> AdvancingFront::best_place(const OpenEdge& edge) {
+    const double epsilon = options_.epsilon;
+    const double wanted = wanted_radius(edge);
+    // A longer edge has a larger circle.
+    const double largest = std::max(std::min(kLargest * wanted, kLargestOfAll * epsilon), edge.half * (1 + kInside));
+    // In the tangent plane: ahead of the edge's middle, and along the edge.
+    using Flat = Eigen::Vector2d;
+    const Vector along = edge.up.cross(edge.ahead);
+    const Flat centre(kAhead * epsilon, 0);
+    flat_.clear();
+    samples_.visit_near(edge.middle + centre.x() * edge.ahead, [&](std::uint32_t v) {
+        const Vector d = state_.sample(v) - edge.middle;
+        const Flat at(d.dot(edge.ahead), d.dot(along));
+        if (std::abs(d.dot(edge.up)) < kSheet * epsilon && (at - centre).norm() < kRange * epsilon) flat_.push_back(at);
+    });
+    Flat best = centre;
+    double most = -std::numeric_limits<double>::infinity();
+    const auto look_around = [&](const Flat from, double step, int steps) {
+        for (int i = -steps; i <= steps; ++i) {
+            for (int j = -steps; j <= steps; ++j) {
+                const Flat at = from + step * Flat(i, j);
+                const double to_centre = (at.squaredNorm() - edge.half * edge.half) / (2 * at.x());  // of the triangle's circle, ahead
+                if (std::hypot(to_centre, edge.half) > largest) continue;
+                double bonds = 0;
+                for (const Flat& v : flat_) bonds += bond((v - at).norm() / wanted);
+                if (bonds <= most) continue;
+                most = bonds;
+                best = at;
             }
         }
-        // S is met between these heights: everywhere there the touch must keep its distance.
-        const double low = std::max(inside.value_or(-2 * options_.epsilon), chord->low);
-        const bool spaced = std::all_of(near_.begin(), near_.end(), [&](std::uint32_t v) {
-            const Vector d = state_.sample(v) - place;
-            return (d - std::clamp(d.dot(edge.up), std::min(low, free->span.low), free->span.low) * edge.up).norm() >
-                   kSpacing * options_.epsilon;
-        });
-        if (!spaced) continue;
-        touch.start = place + free->clamp(options_.standoff) * edge.up;
-        touch.home = free->home;
-        touch.target = place + low * edge.up;
-        touch.certain = inside.has_value();
-        const Point under = edge.middle - ideal * edge.up;
-        if (!state_.surroundings().is_free(under)) touch.under = under;
-        return touch;
+    };
+    look_around(centre, kStep * epsilon, 2);
+    if (!std::isfinite(most)) return std::nullopt;
+    look_around(best, kStep / 2 * epsilon, 1);
+    look_around(best, kStep / 4 * epsilon, 1);
+    return Place{edge.middle + best.x() * edge.ahead + best.y() * along, most};
+}
+
+std::optional<FrontTouch> AdvancingFront::touch_at(const OpenEdge& edge, const Point& place) const {
+    FrontTouch touch;
+    touch.beside = {edge.a, edge.b, edge.c};
+    const std::optional<Clearance> free = clearance_at(place, edge.up, touch.beside);
+    const auto chord = state_.surroundings().unknown_part(place, edge.up);
+    if (!free || !chord) return std::nullopt;
+    std::optional<double> inside;
+    touch.interior_of = edge.a;
+    for (const std::uint32_t v : touch.beside) {
+        if (!inference_.knows(v)) continue;
+        if (const auto in = inference_.lens(v, Side::interior).clip(place, edge.up); in && (!inside || in->high > *inside)) {
+            inside = in->high;
+            touch.interior_of = v;
+        }
     }
-    return ahead ? touch_dual_edge(*ahead) : std::nullopt;
+    // S is met between these heights: everywhere there the touch must keep its distance.
+    const double low = std::max(inside.value_or(-2 * options_.epsilon), chord->low);
+    bool spaced = true;
+    samples_.visit_near(place, [&](std::uint32_t v) {
+        const Vector d = state_.sample(v) - place;
+        const double height = std::clamp(d.dot(edge.up), std::min(low, free->span.low), free->span.low);
+        spaced = spaced && (d - height * edge.up).norm() > kSpacing * options_.epsilon;
+    });
+    if (!spaced) return std::nullopt;
+    touch.start = place + free->clamp(options_.standoff) * edge.up;
+    touch.home = free->home;
+    touch.target = place + low * edge.up;
+    touch.certain = inside.has_value();
+    const Point under = edge.middle - (place - edge.middle).norm() * edge.up;
+    if (!state_.surroundings().is_free(under)) touch.under = under;
+    return touch;
+}
+
+std::optional<FrontTouch> AdvancingFront::touch_ahead(const OpenEdge& edge, const std::optional<Place>& place,
+                                                      const std::optional<FacetView>& ahead) {
+    std::optional<FrontTouch> touch;
+    // By turns: what was touched and closed nothing is not touched again at once.
+    if (place && edge.attempts % 2 == 0) touch = touch_at(edge, place->at);
+    if (!touch && ahead) touch = touch_at(edge, ahead->line.origin);
+    if (!touch && ahead) touch = touch_dual_edge(*ahead);
+    return touch;
 }
 
 std::optional<FrontTouch> AdvancingFront::touch_audited(const Task& task) const {
@@ -276,6 +343,7 @@ std::optional<FrontTouch> AdvancingFront::touch_audited(const Task& task) const 
 }
 
 std::optional<FrontTouch> AdvancingFront::next(const Point& head) {
+    for (; known_ < state_.sample_count(); ++known_) samples_.add(known_, state_.sample(known_));
     while (const std::optional<Task> task = tasks_.take_nearest(head)) {
         if (task->samples[2] != Task::kNoSample) {
             const auto touch = audited_ < kAuditEnough ? touch_audited(*task) : std::nullopt;
@@ -292,17 +360,23 @@ std::optional<FrontTouch> AdvancingFront::next(const Point& head) {
         // Normals may be known better by now than when the facets around were new.
         if (infer_around()) continue;
         const std::optional<FacetView> ahead = facet_ahead(*edge);
-        std::optional<FrontTouch> touch;
-        if (ahead && ahead->line.circumradius <= options_.epsilon && edge->attempts < kDualAttempts) {
-            touch = touch_dual_edge(*ahead);
+        const bool in_doubt = ahead && ahead->line.circumradius <= options_.epsilon && edge->attempts < kDualAttempts;
+        const std::optional<Place> place = best_place(*edge);
+        const double waits = in_doubt ? kDoubtWaits : std::max(0.0, kBonds - (place ? place->bonds : 0.0));
+        // More samples around only make an edge wait longer, so that it is enough to look when its turn would come.
+        if (waits * options_.epsilon > task->handicap) {
+            tasks_.add({task->samples, edge->attempts, task->at, state_.ticket(edge->facet), waits * options_.epsilon});
+            continue;
         }
-        if (!touch) touch = touch_ahead(*edge, ahead);
+        std::optional<FrontTouch> touch;
+        if (in_doubt) touch = touch_dual_edge(*ahead);
+        if (!touch) touch = touch_ahead(*edge, place, ahead);
         if (!touch) {
             given_up_.insert({edge->a, edge->b});
             continue;
         }
         // Until it is closed.
-        tasks_.add({task->samples, edge->attempts + 1, task->at, state_.ticket(edge->facet)});
+        tasks_.add({task->samples, edge->attempts + 1, task->at, state_.ticket(edge->facet), task->handicap});
         return touch;
     }
     return std::nullopt;

@@ -2,8 +2,8 @@
 //
 // An open edge is a Delaunay edge with one facet of Ŝ. The facets around it are looked at first: one that S must cross, as lenses
 // show, closes it without a touch. If S crosses one of them within a small ball but lenses cannot tell which, its dual edge
-// is probed from within the lens. Otherwise a new sample is touched ahead of the edge, so that the two make a triangle of circumradius
-// `growth`·ε, or nearer to the centre of the empty circle ahead where that would come too near to another sample.
+// is probed from within the lens. Otherwise a new sample is touched ahead of the edge, where it continues the hexagonal lattice of the
+// samples around as well as it can: Ŝ grows as a crystal does, gaps in a row first.
 #pragma once
 
 #include <array>
@@ -15,6 +15,7 @@
 #include <vector>
 
 #include "planner/inference/inference.h"
+#include "planner/loop/sample_grid.h"
 #include "planner/loop/task_grid.h"
 
 namespace palpate {
@@ -35,19 +36,24 @@ struct FrontTouch {
 class AdvancingFront {
 public:
     struct Options {
-        double epsilon = 0.0;   // mm
-        double standoff = 0.0;  // mm: a probe starts so far above S if that is proven free, or as near to that as is
-        double growth = kGrowth;
+        double epsilon = 0.0;           // mm
+        double standoff = 0.0;          // mm: a probe starts so far above S if that is proven free, or as near to that as is
         double audit = 0.0;             // share of the inferred crossings that are touched anyway
         std::uint64_t random_seed = 0;  // of the choice of audited crossings
     };
     // So many touches that agree are audit enough: not one inference in a hundred is wrong, with 95 % confidence.
     static constexpr std::uint64_t kAuditEnough = 300;
-    // Of ε: the circumradius of new triangles. Larger makes fewer samples, and more of them in doubt.
-    static constexpr double kGrowth = 0.92;
+
+    // Of ε: samples farther away than that have no bond with a new one.
+    static constexpr double kRange = 3.0;
 
     AdvancingFront(MaintainedDelaunay& state, Inference& inference, const Options& options)
-        : state_(state), inference_(inference), options_(options), tasks_(2 * options.epsilon), random_(options.random_seed) {}
+        : state_(state),
+          inference_(inference),
+          options_(options),
+          tasks_(2 * options.epsilon),
+          samples_(kRange * options.epsilon),
+          random_(options.random_seed) {}
 
     // Infers what it can of an edge. True if that puts its facet into Ŝ.
     bool infer(DirectedEdge e);
@@ -64,7 +70,8 @@ public:
     [[nodiscard]] bool is_thin(std::uint32_t sample) const { return sample < thin_.size() && thin_[sample]; }
     // The facet's dual edge was touched, and whether S meets it is still not known.
     void note_missed(const std::array<std::uint32_t, 3>& facet) { missed_.insert(in_order(facet)); }
-    // What to touch next, nearest to the tool first. Nothing when no open edge is left that a touch near it can close.
+    // What to touch next: near to the tool, and where a new sample fits well. Nothing when no open edge is left that a touch near it can
+    // close.
     [[nodiscard]] std::optional<FrontTouch> next(const Point& head);
     [[nodiscard]] std::size_t open_count() const { return tasks_.size(); }
 
@@ -88,8 +95,19 @@ private:
         [[nodiscard]] double clamp(double height) const;
     };
     [[nodiscard]] std::optional<Clearance> clearance_at(const Point& place, const Vector& up, std::span<const std::uint32_t> samples) const;
+    // A place for a new sample, in the tangent plane of an open edge.
+    struct Place {
+        Point at = Point::Zero();
+        double bonds = 0.0;  // with the samples around: how well it continues their lattice
+    };
+    // mm: the circumradius of new triangles. Larger makes fewer samples, and more facets in doubt.
+    [[nodiscard]] double wanted_radius(const OpenEdge& edge) const;
+    // Where a new sample has the most bonds. Nothing if it would make too large a triangle at all places ahead.
+    [[nodiscard]] std::optional<Place> best_place(const OpenEdge& edge);
+    [[nodiscard]] std::optional<FrontTouch> touch_at(const OpenEdge& edge, const Point& place) const;
     [[nodiscard]] std::optional<FrontTouch> touch_dual_edge(const FacetView& facet) const;
-    [[nodiscard]] std::optional<FrontTouch> touch_ahead(const OpenEdge& edge, const std::optional<FacetView>& ahead);
+    [[nodiscard]] std::optional<FrontTouch> touch_ahead(const OpenEdge& edge, const std::optional<Place>& place,
+                                                        const std::optional<FacetView>& ahead);
     // An inferred facet that is touched anyway.
     void note_audit(DirectedEdge e);
     [[nodiscard]] std::optional<FrontTouch> touch_audited(const Task& task) const;
@@ -98,6 +116,8 @@ private:
     Inference& inference_;
     const Options options_;
     TaskGrid tasks_;
+    SampleGrid samples_;
+    std::uint32_t known_ = 0;  // so many samples are in it
     std::mt19937_64 random_;
     std::uint64_t audited_ = 0;
     std::set<std::array<std::uint32_t, 3>> missed_;               // facets whose dual edges were touched and taught nothing
@@ -105,7 +125,7 @@ private:
     std::vector<bool> thin_;                                      // by sample, as far as there are any
     std::vector<DirectedEdge> around_;                            // scratch
     std::vector<std::uint32_t> adjacent_;                         // scratch
-    std::vector<std::uint32_t> near_;                             // scratch
+    std::vector<Eigen::Vector2d> flat_;                           // scratch: samples around an open edge, in its tangent plane
 };
 
 }  // namespace palpate

@@ -17,4 +17,12 @@ using GridCell = std::array<std::int64_t, 3>;
     return {index(p.x()), index(p.y()), index(p.z())};
 }
 
+struct GridCellHash {
+    std::size_t operator()(const GridCell& c) const {
+        std::uint64_t h = 0;
+        for (const std::int64_t x : c) h = (h ^ static_cast<std::uint64_t>(x)) * 0x9e3779b97f4a7c15U;
+        return static_cast<std::size_t>(h ^ (h >> 32U));
+    }
+};
+
 }  // namespace palpate

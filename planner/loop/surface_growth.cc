@@ -45,8 +45,7 @@ SurfaceGrowth::SurfaceGrowth(ProbedSpace& space, ProbeHead& head, const Options&
       effort_(effort),
       inference_(state_, bound(options), kRange * options.epsilon,
                  std::max(kMargin * state_.surroundings().region().radius(), traits.touch_error)),
-      front_(state_, inference_,
-             {options.epsilon, options.standoff.value_or(options.epsilon), AdvancingFront::kGrowth, options.audit, options.random_seed}),
+      front_(state_, inference_, {options.epsilon, options.standoff.value_or(options.epsilon), options.audit, options.random_seed}),
       travel_(space, head, inference_, options.epsilon, traits.retract),
       grows_(grows(options.strategy)) {
     inference_.watch(observer.on_inference);

@@ -12,12 +12,6 @@ constexpr std::int64_t kMaxRing = 4;
 
 }  // namespace
 
-std::size_t TaskGrid::Hash::operator()(const GridCell& c) const {
-    std::uint64_t h = 0;
-    for (const std::int64_t x : c) h = (h ^ static_cast<std::uint64_t>(x)) * 0x9e3779b97f4a7c15U;
-    return static_cast<std::size_t>(h ^ (h >> 32U));
-}
-
 void TaskGrid::add(const Task& task) {
     std::vector<Task>& cell = cells_[cell_of(task.at)];
     if (std::any_of(cell.begin(), cell.end(), [&](const Task& t) { return t.samples == task.samples; })) return;
@@ -35,12 +29,12 @@ void TaskGrid::remove(const Task& task) {
 std::optional<Task> TaskGrid::take_nearest(const Point& p) {
     using Rank = std::tuple<double, std::array<std::uint32_t, 3>>;
     std::optional<Rank> best;
-    std::unordered_map<GridCell, std::vector<Task>, Hash>::iterator where;
+    std::unordered_map<GridCell, std::vector<Task>, GridCellHash>::iterator where;
     std::size_t index = 0;
     const auto look = [&](const auto& cell) {
         for (std::size_t k = 0; k < cell->second.size(); ++k) {
             const Task& task = cell->second[k];
-            const Rank rank{(task.at - p).squaredNorm(), task.samples};
+            const Rank rank{(task.at - p).norm() + task.handicap, task.samples};
             if (best && *best <= rank) continue;
             best = rank;
             where = cell;
@@ -60,7 +54,7 @@ std::optional<Task> TaskGrid::take_nearest(const Point& p) {
             }
         }
         // Whatever lies beyond this ring is farther away than that.
-        found = best && std::get<double>(*best) <= std::pow(static_cast<double>(ring) * cell_size_, 2);
+        found = best && std::get<double>(*best) <= static_cast<double>(ring) * cell_size_;
         if (found) break;
     }
     if (!found) {

@@ -19,7 +19,8 @@ struct Task {
     std::array<std::uint32_t, 3> samples{kNoSample, kNoSample, kNoSample};
     std::uint32_t attempts = 0;
     Point at = Point::Zero();
-    EdgeTicket hint;  // of a facet at the edge, when the task was noted
+    EdgeTicket hint;        // of a facet at the edge, when the task was noted
+    double handicap = 0.0;  // mm: it is taken to be so much farther away
 };
 
 // A hash grid: adding and removing are constant time, and so is taking the nearest where tasks lie as densely as the cells. Where
@@ -38,13 +39,10 @@ public:
     [[nodiscard]] std::size_t size() const { return size_; }
 
 private:
-    struct Hash {
-        std::size_t operator()(const GridCell& c) const;
-    };
     [[nodiscard]] GridCell cell_of(const Point& p) const { return grid_cell(p, cell_size_); }
 
     const double cell_size_;
-    std::unordered_map<GridCell, std::vector<Task>, Hash> cells_;
+    std::unordered_map<GridCell, std::vector<Task>, GridCellHash> cells_;
     std::size_t size_ = 0;
 };
 

@@ -13,7 +13,7 @@ namespace palpate {
 namespace {
 
 // Touches for one open edge (advancing_front.cc), and the one after which it is given up.
-constexpr int kMostAttempts = 7;
+constexpr int kMostAttempts = 4;
 
 std::array<double, 6> key(const FrontTouch& t) { return {t.start.x(), t.start.y(), t.start.z(), t.target.x(), t.target.y(), t.target.z()}; }
 
@@ -24,7 +24,7 @@ public:
         : epsilon_(epsilon),
           seeded_(torus, epsilon),
           inference_(state(), ReachBound{torus.reach()}, 4 * epsilon, seeded_.rounding()),
-          front_(state(), inference_, {epsilon, epsilon, AdvancingFront::kGrowth, audit, 1}) {
+          front_(state(), inference_, {epsilon, epsilon, audit, 1}) {
         for (const Touch& touch : seeded_.head.touches()) {
             if (touch.sample) inference_.note_sample(*touch.sample, touch.from - touch.position);
         }

@@ -14,7 +14,8 @@ TEST(TaskGrid, TakesTheNearestAsBruteForceDoes) {
         TaskGrid grid(cell);
         std::vector<Task> all;
         for (std::uint32_t k = 0; k < 300; ++k) {
-            const Task task{{k, k + 1, Task::kNoSample}, 0, random.in_box(Point::Constant(-3), Point::Constant(3)), {}};
+            Task task{{k, k + 1, Task::kNoSample}, 0, random.in_box(Point::Constant(-3), Point::Constant(3)), {}};
+            if (random.chance(0.5)) task.handicap = random.uniform(0, 4);
             grid.add(task);
             grid.add(task);  // once is enough
             all.push_back(task);
@@ -24,7 +25,7 @@ TEST(TaskGrid, TakesTheNearestAsBruteForceDoes) {
             ASSERT_EQ(grid.size(), all.size());
             const auto taken = grid.take_nearest(head);
             const auto nearest = std::min_element(all.begin(), all.end(), [&](const Task& x, const Task& y) {
-                return (x.at - head).squaredNorm() < (y.at - head).squaredNorm();
+                return (x.at - head).norm() + x.handicap < (y.at - head).norm() + y.handicap;
             });
             ASSERT_TRUE(taken);
             ASSERT_EQ(taken->samples, nearest->samples) << seed_text(seed);
