@@ -3,6 +3,7 @@
 #include <fmt/format.h>
 
 #include <algorithm>
+#include <cmath>
 
 namespace palpate {
 namespace {
@@ -55,11 +56,10 @@ Premise ball_premise(const Options& options, const Topology& t, const Evidence& 
 Premise reach_premise(const Options& options, const Evidence& evidence) {
     const double needed = options.epsilon / kMaxEpsilonPerReach;
     if (evidence.reach && evidence.reach->refuted) {
-        const std::string used = evidence.reach->is_local ? "local bounds" : fmt::format("{:.6g} mm", evidence.reach->used);
         return {Kind::reach, State::refuted,
                 fmt::format("the given bound of {:.6g} mm is false: {}; the largest bound that the touches allow is {:.6g} mm; the mesh "
-                            "rests on {}, and {:.6g} mm is needed",
-                            *options.reach, evidence.reach->detail, evidence.reach->largest, used, needed)};
+                            "rests on {:.6g} mm, and {:.6g} mm is needed",
+                            *options.reach, evidence.reach->detail, evidence.reach->largest, evidence.reach->used, needed)};
     }
     if (!options.reach)
         return {Kind::reach, State::missing, fmt::format("no reach bound given; a reach of at least {:.6g} mm would do", needed)};
@@ -67,24 +67,56 @@ Premise reach_premise(const Options& options, const Evidence& evidence) {
         return {Kind::reach, State::missing,
                 fmt::format("the given bound of {:.6g} mm is too small: this epsilon needs {:.6g} mm", *options.reach, needed)};
     }
-    return {Kind::reach, State::assumed, fmt::format("by the user: reach >= {:.6g} mm; {:.6g} mm is needed", *options.reach, needed)};
+    const bool is_idle = evidence.reach && evidence.reach->is_plausible;
+    return {Kind::reach, State::assumed,
+            fmt::format("by the user: reach >= {:.6g} mm; {:.6g} mm is needed{}", *options.reach, needed,
+                        is_idle ? "; no touch was held against it, as nothing was inferred from it" : "")};
 }
 
 // Facets that no touch put into the mesh, and what they rest on.
-Premise inference_premise(const Options& options, const ReachEvidence& reach) {
-    State state = State::assumed;
-    std::string bound = reach.refuted ? "the lowered bound" : "the given bound";
-    if (reach.is_local && !options.reach) {
-        state = State::missing;
-        bound = fmt::format("local bounds of at most {:.6g} mm, a heuristic that nobody vouches for", reach.used);
-    } else if (reach.is_local) {
-        if (reach.refuted) state = State::refuted;
-        bound = fmt::format("local bounds of at most {:.6g} mm, which the given bound implies", reach.used);
+// The largest share of wrong ones that leaves a chance of 5 % to find so few among those (Clopper and Pearson 1934); 1 if none were looked
+// at.
+double largest_share(std::uint64_t wrong, std::uint64_t of) {
+    constexpr double kChance = 0.05;
+    if (wrong >= of) return 1;
+    const auto chance = [&](double share) {
+        double term = std::pow(1 - share, static_cast<double>(of));
+        double sum = term;
+        for (std::uint64_t k = 1; k <= wrong; ++k) {
+            term *= share / (1 - share) * static_cast<double>(of - k + 1) / static_cast<double>(k);
+            sum += term;
+        }
+        return sum;
+    };
+    double low = 0;
+    double high = 1;
+    for (int k = 0; k < 50; ++k) {
+        const double middle = (low + high) / 2;
+        (chance(middle) > kChance ? low : high) = middle;
     }
-    return {Kind::inference, state,
+    return high;
+}
+
+// Two digits, rounded up.
+std::string percent_text(double share) {
+    const double percent = 100 * share;
+    const double step = percent < 1 ? 0.01 : percent < 10 ? 0.1 : 1;
+    return fmt::format("{:.{}f}", std::ceil(percent / step - 1e-9) * step, percent < 1 ? 2 : percent < 10 ? 1 : 0);
+}
+
+Premise inference_premise(const ReachEvidence& reach) {
+    if (!reach.is_plausible) {
+        return {
+            Kind::inference, State::assumed,
             fmt::format("{} facets, with their balls, are inferred from {}; {} more were touched anyway, {} of them not where they were "
                         "inferred",
-                        reach.inferred, bound, reach.audited, reach.audited_wrong)};
+                        reach.inferred, reach.refuted ? "the lowered bound" : "the given bound", reach.audited, reach.audited_wrong)};
+    }
+    return {
+        Kind::inference, State::missing,
+        fmt::format("{} facets, with their balls, are plausible by the samples around them, and not proven; {} more were touched anyway, "
+                    "{} of them not where they were expected: with 95 % confidence at most {} % are wrong",
+                    reach.inferred, reach.audited, reach.audited_wrong, percent_text(largest_share(reach.audited_wrong, reach.audited)))};
 }
 
 Premise touch_premise(const Evidence& evidence) {
@@ -159,7 +191,7 @@ Certificate certify(const Options& options, const Topology& topology, const Evid
     certificate.premises = {
         manifold, components, balls, reach, {Kind::object_in_workspace, State::assumed, "by the user"}, touch_premise(evidence)};
     if (evidence.unresolved_places + evidence.minor_places > 0) certificate.premises.push_back(thickness_premise(evidence));
-    if (evidence.reach) certificate.premises.push_back(inference_premise(options, *evidence.reach));
+    if (evidence.reach) certificate.premises.push_back(inference_premise(*evidence.reach));
     if (evidence.has_facet_criteria) certificate.premises.push_back(facet_premise(evidence));
     const bool guesses = evidence.reach && evidence.reach->inferred > 0 && !certificate.find(Kind::inference)->holds();
     const bool is_shaped = !evidence.has_facet_criteria || certificate.find(Kind::sizing_and_angles)->holds();
@@ -175,24 +207,25 @@ Certificate certify(const Options& options, const Topology& topology, const Evid
         certificate.status = Certificate::Status::incomplete;
         certificate.statement = "Nothing is guaranteed: the run could not establish all that it has to establish.";
     } else if (reach.state == State::refuted) {
-        const bool enough = !evidence.reach->is_local && evidence.reach->used * kMaxEpsilonPerReach >= options.epsilon;
+        const bool enough = evidence.reach->used * kMaxEpsilonPerReach >= options.epsilon;
         certificate.status = Certificate::Status::refuted;
         certificate.statement = fmt::format(
             "The given bound on the reach is false. The mesh is a closed oriented manifold whose surface Delaunay balls are at most "
             "epsilon; {}",
-            evidence.reach->is_local ? "its inferred facets rest on smaller local bounds, which do not guarantee the object's topology."
-            : enough                 ? "it is isotopic to the object's surface if the lowered bound holds, which no touch contradicts."
-                                     : "the lowered bound is too small for this epsilon to guarantee that it has the object's topology.");
-    } else if (!reach.holds() || evidence.minor_places > 0) {
+            enough ? "it is isotopic to the object's surface if the lowered bound holds, which no touch contradicts."
+                   : "the lowered bound is too small for this epsilon to guarantee that it has the object's topology.");
+    } else if (!reach.holds() || evidence.minor_places > 0 || guesses) {
         certificate.status = Certificate::Status::conditional;
         certificate.statement = fmt::format(
             "The mesh is a closed oriented manifold whose surface Delaunay balls are at most epsilon; that it has the object's topology is "
             "not guaranteed, because {}: gaps, holes and walls that are narrower than about epsilon may be missing, too.",
-            reach.holds() ? "the object has sharp edges or walls that no reach allows" : "the premise on the reach is missing");
+            !reach.holds()              ? "the premise on the reach is missing"
+            : evidence.minor_places > 0 ? "the object has sharp edges or walls that no reach allows"
+                                        : "not all of its facets are proven");
         if (evidence.minor_places > 0)
             certificate.statement +=
                 fmt::format(" At {} named places it ends before a sharp edge or a thin wall does.", evidence.minor_places);
-        if (guesses) certificate.statement += " Some of its facets are inferred by a heuristic.";
+        if (guesses) certificate.statement += " Some of its facets are plausible only.";
     } else {
         certificate.status = Certificate::Status::certified;
         certificate.statement =

@@ -67,10 +67,10 @@ struct BadPlace {
 struct ReachEvidence {
     bool refuted = false;
     double largest = std::numeric_limits<double>::infinity();  // mm: no larger bound agrees with the touches
-    bool is_local = false;                                     // every sample has a bound of its own, a heuristic
-    double used = 0.0;                                         // mm: the bound that the mesh rests on, or the largest local one
+    bool is_plausible = false;                                 // facets rest on what samples around them show, on no bound
+    double used = 0.0;                                         // mm: the bound that the mesh rests on, if it rests on one
     std::string detail;                                        // which touch contradicts, and what
-    std::uint64_t inferred = 0;                                // facets of the mesh that rest on it, untouched
+    std::uint64_t inferred = 0;                                // facets of the mesh that rest on it, or are plausible, untouched
     std::uint64_t audited = 0;                                 // inferred facets that were touched anyway
     std::uint64_t audited_wrong = 0;                           // of those: S was not met where it was inferred to be
 };

@@ -16,7 +16,7 @@ inline constexpr double kSeedSpacing = 1.0 / 128.0;
 struct Strategy {
     enum class Refine { exhaustive, eager };
     enum class Explore { exhaustive, closure };
-    enum class Infer { none, reach, adaptive };  // adaptive: local bounds that follow the touches, a heuristic
+    enum class Infer { none, reach, adaptive };  // adaptive: what is plausible by the samples around
     enum class Travel { voronoi, free_space };
 
     Refine refine = Refine::eager;

@@ -46,7 +46,7 @@ void describe(Archive& keys, Strategy& strategy) {
                Word{strategy_words<Strategy::Explore>()});
     keys.value({"infer",
                 "what is concluded without a probe: nothing; what a bound on the reach proves (without `probing.reach` nothing); or what "
-                "local bounds suggest that follow the touches, a heuristic"},
+                "the samples around make plausible"},
                strategy.infer, Word{strategy_words<Strategy::Infer>()});
     keys.value(
         {"travel", "along which ways the probe moves: along Voronoi edges, or near the surface through all space that is proven free"},

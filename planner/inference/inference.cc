@@ -17,69 +17,44 @@ constexpr std::size_t kPairs = 8;
 constexpr double kNear = 3.0;
 // The largest bound that evidence allows is found to one part in that.
 constexpr int kBisections = 30;
-// Of the radius of curvature that its neighbours show, a sample's local bound is at most that.
-constexpr double kCaution = 0.5;
-// A clearance that a touch contradicts becomes smaller than the touch allows.
-constexpr double kBlocked = 0.8;
+// Lenses of reach r leave most crossings at a facet of circumradius ρ to a gap that reaches no farther from its plane than kGap ρ²/2r.
+// With 4.5 there are fewer samples and more facets in doubt, with 6.5 it is the other way round, for about as many probes.
+constexpr double kGap = 5.0;
+// Of ε: smaller facets make more samples.
+constexpr double kLeastRadius = 0.85;
 
 }  // namespace
-
-double FacetView::ball_radius() const { return std::hypot(line.circumradius, std::max(std::abs(*exterior), std::abs(*interior))); }
 
 // --- normals ---------------------------------------------------------------------------------------------------------
 
 void Inference::sort_neighbors(const Apex& apex, std::vector<std::uint32_t>& samples) const {
     const Point& p = apex.position;
-    std::erase_if(samples, [&](std::uint32_t b) { return (state_.sample(b) - p).norm() > range(apex); });
+    std::erase_if(samples, [&](std::uint32_t b) { return (state_.sample(b) - p).norm() > range(); });
     state_.sort_by_distance(p, samples);
 }
 
-bool Inference::find_cone(Apex& apex, std::span<const std::uint32_t> neighbors) const {
+bool Inference::find_cone(Apex& apex, std::span<const std::uint32_t> neighbors, double share) const {
+    const double reach = share * reach_;
     apex.cone = {};
     const auto to = [&](std::uint32_t b) { return Vector(state_.sample(b) - apex.position); };
     const std::size_t n = std::min(neighbors.size(), kPairs);
     for (std::size_t j = 1; j < n && !apex.cone.is_known(); ++j) {
         for (std::size_t i = 0; i < j && !apex.cone.is_known(); ++i) {
-            apex.cone.begin(to(neighbors[i]), to(neighbors[j]), apex.outwards, apex.reach, margin_);
+            apex.cone.begin(to(neighbors[i]), to(neighbors[j]), apex.outwards, reach, margin_);
         }
     }
     if (!apex.cone.is_known()) return true;
-    return std::all_of(neighbors.begin(), neighbors.end(), [&](std::uint32_t b) { return apex.cone.narrow(to(b), apex.reach, margin_); });
+    return std::all_of(neighbors.begin(), neighbors.end(), [&](std::uint32_t b) { return apex.cone.narrow(to(b), reach, margin_); });
 }
 
 void Inference::begin(std::uint32_t sample) {
     Apex& apex = apexes_[sample];
-    if (apex.reach < bound_.least) return;
     state_.adjacent_samples(sample, neighbors_);
     sort_neighbors(apex, neighbors_);
     if (!find_cone(apex, neighbors_)) {
         refute(sample, apex.position, true);
         apex.cone = {};
     }
-    if (!bound_.is_local || !apex.cone.is_known()) return;
-    apex.normal = apex.cone.axis();
-    double share = 1;
-    for (const std::uint32_t b : neighbors_) share = std::min(share, curvature_share(apex, state_.sample(b) - apex.position));
-    if (share < 1) note({{sample}, share, 0, {}, false});
-}
-
-double Inference::curvature_share(const Apex& apex, const Vector& to) const {
-    const double curvature = 2 * std::abs(to.dot(apex.normal)) / to.squaredNorm();
-    return curvature * apex.reach > kCaution ? kCaution / (curvature * apex.reach) : 1;
-}
-
-Lens Inference::clearance(std::uint32_t sample) const {
-    const Apex& apex = apexes_[sample];
-    if (!bound_.is_local) return lens(apex, Side::exterior);
-    return {apex.position, {&apex.normal, 1}, apex.clearance, margin_, Side::exterior};
-}
-
-// The tool touched S at x: that was not free.
-void Inference::block(std::uint32_t sample, const Point& x) {
-    Apex& apex = apexes_[sample];
-    const Vector v = x - apex.position;
-    const double height = v.dot(apex.normal);
-    if (height > 0) apex.clearance = std::min(apex.clearance, kBlocked * v.squaredNorm() / (2 * height));
 }
 
 void Inference::note_sample(std::uint32_t sample, const Vector& outwards) {
@@ -88,23 +63,15 @@ void Inference::note_sample(std::uint32_t sample, const Vector& outwards) {
     apex.position = state_.sample(sample);
     apex.outwards = outwards;
     state_.adjacent_samples(sample, ring_);
-    apex.reach = first_reach(sample);
-    apex.normal = outwards.normalized();
-    apex.clearance = bound_.clearance;
     begin(sample);
     for (const std::uint32_t b : ring_) {
         if (b >= apexes_.size() || apexes_[b].outwards.isZero()) continue;
         Apex& other = apexes_[b];
         const Vector to = apex.position - other.position;
-        if (to.norm() > range(other)) continue;
+        if (to.norm() > range()) continue;
         if (!other.cone.is_known()) {
             begin(b);
-        } else if (other.cone.narrow(to, other.reach, margin_)) {
-            if (!bound_.is_local) continue;
-            other.normal = other.cone.axis();
-            const double share = curvature_share(other, to);
-            if (share < 1) note({{b}, share, 0, {}, false});
-        } else {
+        } else if (!other.cone.narrow(to, reach_, margin_)) {
             refute(b, apex.position, true);
             other.cone = {};
         }
@@ -116,10 +83,10 @@ void Inference::note_touch(const Point& touched, const Vector& outwards, std::sp
     for (const std::uint32_t b : beside) {
         const Vector to = touched - state_.sample(b);
         // Nearer than its own margin a touch says nothing on the normal.
-        if (!knows(b) || to.norm() < std::sqrt(margin_ * reach(b)) || apexes_[b].cone.narrow(to, reach(b), margin_)) continue;
+        if (!knows(b) || to.norm() < std::sqrt(margin_ * reach_) || apexes_[b].cone.narrow(to, reach_, margin_)) continue;
         refute(b, touched, true);
     }
-    Witness witness{{touched, outwards, bound_.reach, {}}, {beside.begin(), beside.end()}};
+    Witness witness{{touched, outwards, {}}, {beside.begin(), beside.end()}};
     sort_neighbors(witness.apex, witness.beside);
     begin(witness);
     if (!witness.apex.cone.is_known()) return;
@@ -128,9 +95,7 @@ void Inference::note_touch(const Point& touched, const Vector& outwards, std::sp
 }
 
 void Inference::begin(Witness& witness) {
-    Apex& apex = witness.apex;
-    for (const std::uint32_t b : witness.beside) apex.reach = std::min(apex.reach, reach(b));
-    if (apex.reach < bound_.least || !find_cone(apex, witness.beside)) apex.cone = {};
+    if (!find_cone(witness.apex, witness.beside)) witness.apex.cone = {};
 }
 
 // --- refutation ------------------------------------------------------------------------------------------------------
@@ -138,7 +103,6 @@ void Inference::begin(Witness& witness) {
 void Inference::check(const Point& x, bool touched, std::span<const std::uint32_t> lenses) {
     for (const std::uint32_t sample : lenses) {
         if (x == state_.sample(sample)) continue;
-        if (bound_.is_local && touched && has_clearance(sample) && is_within(clearance(sample), x, touched)) block(sample, x);
         if (!knows(sample)) continue;
         if (!is_within(lens(sample, Side::interior), x, touched) && !(touched && is_within(lens(sample, Side::exterior), x, touched)))
             continue;
@@ -163,17 +127,8 @@ static double largest_share(const Allows& allows) {
     return bad;
 }
 
-void Inference::note(Refutation refutation) {
-    for (const std::uint32_t sample : refutation.samples) {
-        refutation.largest = std::max(refutation.largest, refutation.share * reach(sample));
-    }
-    if (!bound_.is_local) refutations_.clear();
-    refutations_.push_back(std::move(refutation));
-}
-
-void Inference::contradict(std::span<const std::uint32_t> samples, const Point& x) {
-    if (!is_worse(1)) return;
-    note({{samples.begin(), samples.end()}, 1, 0, fmt::format("S was not met at {}, where the bound makes it cross", point_text(x))});
+void Inference::contradict(std::span<const std::uint32_t>, const Point& x) {
+    if (is_worse(1)) note(1, fmt::format("S was not met at {}, where the bound makes it cross", point_text(x)));
 }
 
 void Inference::check_way(const Point& x, std::uint32_t home) {
@@ -181,11 +136,8 @@ void Inference::check_way(const Point& x, std::uint32_t home) {
     std::vector<std::uint32_t> lenses;
     state_.adjacent_samples(nearest, lenses);
     lenses.push_back(nearest);
-    const double clearance_before = apexes_[nearest].clearance;
     check(x, true, lenses);
-    if (bound_.is_local && apexes_[nearest].clearance == clearance_before) apexes_[nearest].clearance *= kBlocked;
-    if (bound_.is_local || is_refuted()) return;
-    note({{nearest}, 1, 0, fmt::format("the touch at {} was met on a way that the bound makes free", point_text(x))});
+    if (!is_refuted()) note(1, fmt::format("the touch at {} was met on a way that the bound makes free", point_text(x)));
 }
 
 void Inference::refute(std::uint32_t sample, const Point& x, bool touched) {
@@ -194,35 +146,32 @@ void Inference::refute(std::uint32_t sample, const Point& x, bool touched) {
     state_.adjacent_samples(sample, neighbors);
     sort_neighbors(apex, neighbors);
     const auto allows = [&](double share) {
-        Apex trial{apex.position, apex.outwards, share * apex.reach, {}};
-        if (!find_cone(trial, neighbors)) return false;
+        Apex trial{apex.position, apex.outwards, {}};
+        if (!find_cone(trial, neighbors, share)) return false;
         if (!trial.cone.is_known() || x == apex.position) return true;
-        if (is_within(lens(trial, Side::interior), x, touched)) return false;
-        return !touched ||
-               (!is_within(lens(trial, Side::exterior), x, touched) && trial.cone.narrow(x - trial.position, trial.reach, margin_));
+        if (is_within(lens(trial, Side::interior, share), x, touched)) return false;
+        return !touched || (!is_within(lens(trial, Side::exterior, share), x, touched) &&
+                            trial.cone.narrow(x - trial.position, share * reach_, margin_));
     };
     const double share = largest_share(allows);
     if (!is_worse(share)) return;
-    note({{sample},
-          share,
-          0,
-          fmt::format("{} {} contradicts the normals that the samples around {} allow", touched ? "the touch at" : "the free place",
-                      point_text(x), point_text(apex.position))});
+    note(share, fmt::format("{} {} contradicts the normals that the samples around {} allow", touched ? "the touch at" : "the free place",
+                            point_text(x), point_text(apex.position)));
 }
 
-void Inference::refute(const FacetView& seen) {
+void Inference::note_contradiction(const FacetView& seen) {
     // The samples' own lenses may show it at a smaller bound, too; otherwise all that is known is that this bound is false.
     const auto allows = [&](double share) {
         std::optional<double> exterior;
         std::optional<double> interior;
         for (const auto& [sample, side] : {std::pair{seen.exterior_of, Side::exterior}, {seen.interior_of, Side::interior}}) {
             const Apex& apex = apexes_[sample];
-            Apex trial{apex.position, apex.outwards, share * apex.reach, {}};
+            Apex trial{apex.position, apex.outwards, {}};
             state_.adjacent_samples(sample, neighbors_);
             sort_neighbors(trial, neighbors_);
-            if (!find_cone(trial, neighbors_)) return false;
+            if (!find_cone(trial, neighbors_, share)) return false;
             if (!trial.cone.is_known()) return true;
-            const auto inside = lens(trial, side).clip(seen.line.origin, seen.up);
+            const auto inside = lens(trial, side, share).clip(seen.line.origin, seen.up);
             if (!inside) return true;
             if (side == Side::exterior) exterior = inside->low;
             if (side == Side::interior) interior = inside->high;
@@ -231,45 +180,21 @@ void Inference::refute(const FacetView& seen) {
     };
     const double share = largest_share(allows);
     if (!is_worse(share)) return;
-    note({{seen.exterior_of, seen.interior_of},
-          share,
-          0,
-          fmt::format("the samples around {} would make a place there free and inside the object at once", point_text(seen.line.origin))});
+    note(share,
+         fmt::format("the samples around {} would make a place there free and inside the object at once", point_text(seen.line.origin)));
 }
 
 void Inference::lower(double share) {
-    bound_.reach *= share;
-    refutations_.clear();
+    reach_ *= share;
+    refutation_.reset();
     for (std::uint32_t sample = 0; sample < apexes_.size(); ++sample) {
         apexes_[sample].cone = {};
-        apexes_[sample].reach = bound_.reach;
         if (!apexes_[sample].outwards.isZero()) begin(sample);
     }
     const std::vector<Witness> witnesses = std::move(witnesses_);
     witnesses_.clear();
     witnesses_of_.clear();
     for (const Witness& w : witnesses) note_touch(w.apex.position, w.apex.outwards, w.beside);
-}
-
-void Inference::lower(std::uint32_t sample, double share) {
-    Apex& apex = apexes_[sample];
-    apex.reach *= share;
-    apex.cone = {};
-    if (!apex.outwards.isZero()) begin(sample);
-    const auto found = witnesses_of_.find(sample);
-    if (found == witnesses_of_.end()) return;
-    for (const std::uint32_t w : found->second) begin(witnesses_[w]);
-}
-
-// What was refuted beside a new sample is not believed there either: distances to the medial axis differ by no more than samples do.
-double Inference::first_reach(std::uint32_t sample) const {
-    double reach = bound_.reach;
-    if (!bound_.is_local) return reach;
-    for (const std::uint32_t b : ring_) {
-        if (b < apexes_.size() && apexes_[b].reach > 0)
-            reach = std::min(reach, apexes_[b].reach + (state_.sample(b) - state_.sample(sample)).norm());
-    }
-    return reach;
 }
 
 // --- crossings -------------------------------------------------------------------------------------------------------
@@ -295,7 +220,7 @@ std::optional<FacetView> Inference::view(DirectedEdge e) const {
 
     const auto look = [&](const Apex& apex, std::uint32_t of) {
         // One sheet of S only: two are 2 r apart.
-        const double window = apex.reach / 2;
+        const double window = reach_ / 2;
         const auto outside = lens(apex, Side::exterior).clip(result.line.origin, result.up);
         if (outside && outside->low < window && outside->high > -window && (!result.exterior || outside->low < *result.exterior)) {
             result.exterior = outside->low;
@@ -324,24 +249,21 @@ std::optional<FacetView> Inference::view(DirectedEdge e) const {
     return result;
 }
 
-void Inference::distrust(DirectedEdge e) {
-    distrusted_.insert(in_order(state_.facet_samples(e)));
-    state_.withdraw(e);
+std::optional<SurfaceModel::Depth> Inference::inside_below(const Point& place, const Vector& up,
+                                                           std::span<const std::uint32_t> samples) const {
+    std::optional<Depth> best;
+    for (const std::uint32_t v : samples) {
+        if (!knows(v)) continue;
+        const auto in = lens(v, Side::interior).clip(place, up);
+        if (in && (!best || in->high > best->height)) best = Depth{in->high, v};
+    }
+    return best;
 }
 
-std::optional<DirectedEdge> Inference::infer(DirectedEdge e, double max_ball_radius) {
-    if (state_.crossed(e)) return std::nullopt;
-    const std::optional<FacetView> seen = view(e);
-    if (seen && seen->is_contradictory()) {
-        refute(*seen);
-        return std::nullopt;
-    }
-    if (!seen || !seen->is_crossed() || seen->ball_radius() > max_ball_radius) return std::nullopt;
-    if (state_.recorded_state(seen->inwards) != EdgeState::unknown) return std::nullopt;
-    if (!distrusted_.empty() && distrusted_.contains(in_order(seen->corners))) return std::nullopt;
-    state_.learn_inferred(seen->inwards, seen->at(*seen->exterior), seen->at(*seen->interior));
-    if (watcher_) watcher_(seen->at(*seen->exterior), seen->at(*seen->interior));
-    return seen->inwards;
+// The largest ρ for which the ball at a gap's end is not larger than ε: ρ² + (kGap ρ²/2r)² = ε².
+double Inference::inferable_radius(std::span<const std::uint32_t>, double epsilon) const {
+    const double radius = std::sqrt(2 / (1 + std::hypot(1, kGap * epsilon / reach_)));
+    return std::max(radius, kLeastRadius) * epsilon;
 }
 
 }  // namespace palpate

@@ -24,11 +24,6 @@ constexpr double kStep = 0.25;
 constexpr double kLargest = 1.03;
 // ... nor than that many ε, as balls are larger than their facets.
 constexpr double kLargestOfAll = 0.99;
-// Lenses of reach r leave most crossings at a facet of circumradius ρ to a gap that reaches no farther from its plane than kGap ρ²/2r.
-// With 4.5 there are fewer samples and more facets in doubt, with 6.5 it is the other way round, for about as many probes.
-constexpr double kGap = 5.0;
-// Of ε: smaller triangles make more samples, and on the bunny, where local bounds ask for them, save no probes.
-constexpr double kLeastRadius = 0.85;
 // A facet ahead is larger than ε by this much before its centre is too far away to aim at.
 constexpr double kLarge = 2.0;
 // New samples keep a distance of that many ε: rounding aside.
@@ -97,7 +92,7 @@ double AdvancingFront::circumradius(const std::array<std::uint32_t, 3>& facet) c
 
 bool AdvancingFront::infer(DirectedEdge e) {
     if (state_.crossed(e) || !(circumradius(state_.facet_samples(e)) <= options_.epsilon)) return false;
-    const std::optional<DirectedEdge> inwards = inference_.infer(e, options_.epsilon);
+    const std::optional<DirectedEdge> inwards = model_.infer(e, options_.epsilon);
     if (!inwards) return false;
     note_edges(*inwards);
     if (audited_ < kAuditEnough && static_cast<double>(random_() >> 11U) * 0x1p-53 < options_.audit) note_audit(*inwards);
@@ -169,8 +164,8 @@ std::optional<AdvancingFront::OpenEdge> AdvancingFront::look_at(const Task& task
     }
     if (facets != 1) return std::nullopt;
     Vector up = Vector::Zero();
-    if (inference_.has_clearance(edge.a)) up += inference_.normal(edge.a);
-    if (inference_.has_clearance(edge.b)) up += inference_.normal(edge.b);
+    if (model_.has_clearance(edge.a)) up += model_.normal(edge.a);
+    if (model_.has_clearance(edge.b)) up += model_.normal(edge.b);
     if (up.isZero()) return std::nullopt;
     for (const std::uint32_t v : state_.facet_samples(edge.facet)) {
         if (v != edge.a && v != edge.b) edge.c = v;
@@ -199,7 +194,7 @@ std::optional<FacetView> AdvancingFront::facet_ahead(const OpenEdge& edge) {
         });
         if (!is_ahead || !(circumradius(corners) < kLarge * options_.epsilon)) continue;
         if (missed_.contains(in_order(corners))) continue;
-        const std::optional<FacetView> view = inference_.view(e);
+        const std::optional<FacetView> view = model_.view(e);
         if (!view || view->up.dot(edge.up) < kSteepest) continue;
         // How far S, if it were flat, would miss the dual edge.
         const double off = std::max({0.0, view->bottom, -view->top});
@@ -220,8 +215,8 @@ std::optional<AdvancingFront::Clearance> AdvancingFront::clearance_at(const Poin
     std::optional<Clearance> lowest;
     const auto chord = state_.surroundings().unknown_part(place, up);
     for (const std::uint32_t v : samples) {
-        if (!inference_.has_clearance(v)) continue;
-        auto in = inference_.clearance(v).clip(place, up);
+        if (!model_.has_clearance(v)) continue;
+        auto in = model_.clearance(v).clip(place, up);
         if (!in || !chord) continue;
         in->high = std::min(in->high, chord->high);
         if (in->low < in->high && (!lowest || in->low < lowest->span.low)) lowest = Clearance{*in, v};
@@ -244,16 +239,9 @@ std::optional<FrontTouch> AdvancingFront::touch_dual_edge(const FacetView& facet
     return touch;
 }
 
-// The largest ρ for which the ball at a gap's end is not larger than ε: ρ² + (kGap ρ²/2r)² = ε².
-double AdvancingFront::wanted_radius(const OpenEdge& edge) const {
-    const double reach = std::min({inference_.reach(edge.a), inference_.reach(edge.b), inference_.reach(edge.c)});
-    const double radius = std::sqrt(2 / (1 + std::hypot(1, kGap * options_.epsilon / reach)));
-    return std::max(radius, kLeastRadius) * options_.epsilon;
-}
-
 std::optional<AdvancingFront::Place> AdvancingFront::best_place(const OpenEdge& edge) {
     const double epsilon = options_.epsilon;
-    const double wanted = wanted_radius(edge);
+    const double wanted = model_.inferable_radius(std::array{edge.a, edge.b, edge.c}, epsilon);
     // A longer edge has a larger circle.
     const double largest = std::max(std::min(kLargest * wanted, kLargestOfAll * epsilon), edge.half * (1 + kInside));
     // In the tangent plane: ahead of the edge's middle, and along the edge.
@@ -295,17 +283,10 @@ std::optional<FrontTouch> AdvancingFront::touch_at(const OpenEdge& edge, const P
     const std::optional<Clearance> free = clearance_at(place, edge.up, touch.beside);
     const auto chord = state_.surroundings().unknown_part(place, edge.up);
     if (!free || !chord) return std::nullopt;
-    std::optional<double> inside;
-    touch.interior_of = edge.a;
-    for (const std::uint32_t v : touch.beside) {
-        if (!inference_.knows(v)) continue;
-        if (const auto in = inference_.lens(v, Side::interior).clip(place, edge.up); in && (!inside || in->high > *inside)) {
-            inside = in->high;
-            touch.interior_of = v;
-        }
-    }
+    const std::optional<SurfaceModel::Depth> inside = model_.inside_below(place, edge.up, touch.beside);
+    touch.interior_of = inside ? inside->of : edge.a;
     // S is met between these heights: everywhere there the touch must keep its distance.
-    const double low = std::max(inside.value_or(-2 * options_.epsilon), chord->low);
+    const double low = std::max(inside ? inside->height : -2 * options_.epsilon, chord->low);
     bool spaced = true;
     samples_.visit_near(place, [&](std::uint32_t v) {
         const Vector d = state_.sample(v) - place;
@@ -336,7 +317,7 @@ std::optional<FrontTouch> AdvancingFront::touch_audited(const Task& task) const 
     const auto e = state_.find_facet(task.samples[0], task.samples[1], task.samples[2]);
     const auto inferred = e ? state_.inferred(*e) : std::nullopt;
     if (!inferred) return std::nullopt;  // gone, or touched by now
-    const auto view = inference_.view(*inferred);
+    const auto view = model_.view(*inferred);
     auto touch = view ? touch_dual_edge(*view) : std::nullopt;
     if (touch) touch->audit = true;
     return touch;

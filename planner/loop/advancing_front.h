@@ -14,7 +14,7 @@
 #include <utility>
 #include <vector>
 
-#include "planner/inference/inference.h"
+#include "planner/inference/surface_model.h"
 #include "planner/loop/sample_grid.h"
 #include "planner/loop/task_grid.h"
 
@@ -47,9 +47,9 @@ public:
     // Of ε: samples farther away than that have no bond with a new one.
     static constexpr double kRange = 3.0;
 
-    AdvancingFront(MaintainedDelaunay& state, Inference& inference, const Options& options)
+    AdvancingFront(MaintainedDelaunay& state, SurfaceModel& model, const Options& options)
         : state_(state),
-          inference_(inference),
+          model_(model),
           options_(options),
           tasks_(2 * options.epsilon),
           samples_(kRange * options.epsilon),
@@ -100,8 +100,6 @@ private:
         Point at = Point::Zero();
         double bonds = 0.0;  // with the samples around: how well it continues their lattice
     };
-    // mm: the circumradius of new triangles. Larger makes fewer samples, and more facets in doubt.
-    [[nodiscard]] double wanted_radius(const OpenEdge& edge) const;
     // Where a new sample has the most bonds. Nothing if it would make too large a triangle at all places ahead.
     [[nodiscard]] std::optional<Place> best_place(const OpenEdge& edge);
     [[nodiscard]] std::optional<FrontTouch> touch_at(const OpenEdge& edge, const Point& place) const;
@@ -113,7 +111,7 @@ private:
     [[nodiscard]] std::optional<FrontTouch> touch_audited(const Task& task) const;
 
     MaintainedDelaunay& state_;
-    Inference& inference_;
+    SurfaceModel& model_;
     const Options options_;
     TaskGrid tasks_;
     SampleGrid samples_;

@@ -14,24 +14,18 @@ constexpr double kRange = 4.0;
 constexpr double kLowered = 0.8;
 // Below that many ε, lenses are too flat to reach from one sample to the next.
 constexpr double kUseful = 2.0;
-// Of ε: a local bound begins with that much, which is enough for growth, ...
-constexpr double kFirst = 4.0;
-// ... and is of no use for inference below that.
-constexpr double kLeast = 1.5;
-// Of ε: the balls beside samples that guarded motion takes to be free until a touch contradicts.
-constexpr double kClearance = 4.0;
 
 bool grows(const Strategy& strategy) {
     return strategy.refine == Strategy::Refine::eager && strategy.explore == Strategy::Explore::closure &&
            strategy.travel == Strategy::Travel::free_space;
 }
 
-ReachBound bound(const Options& options) {
-    const bool is_local = options.strategy.infer == Strategy::Infer::adaptive;
-    if (!is_local) return {*options.reach};
-    const double first = kFirst * options.epsilon;
-    return {options.reach ? std::min(*options.reach, first) : first, true, kLeast * options.epsilon, kClearance * options.epsilon};
+// Touches may be wrong by that, mm.
+double margin(const ProbedSpace& space, const OracleTraits& traits) {
+    return std::max(kMargin * space.delaunay().surroundings().region().radius(), traits.touch_error);
 }
+
+bool guesses(const Options& options) { return options.strategy.infer == Strategy::Infer::adaptive; }
 
 }  // namespace
 
@@ -43,43 +37,44 @@ SurfaceGrowth::SurfaceGrowth(ProbedSpace& space, ProbeHead& head, const Options&
       options_(options),
       criteria_(criteria),
       effort_(effort),
-      inference_(state_, bound(options), kRange * options.epsilon,
-                 std::max(kMargin * state_.surroundings().region().radius(), traits.touch_error)),
-      front_(state_, inference_, {options.epsilon, options.standoff.value_or(options.epsilon), options.audit, options.random_seed}),
-      travel_(space, head, inference_, options.epsilon, traits.retract),
+      proof_(guesses(options) ? nullptr
+                              : std::make_unique<Inference>(state_, *options.reach, kRange * options.epsilon, margin(space, traits))),
+      plausibility_(guesses(options) ? std::make_unique<Plausibility>(state_, options.epsilon, margin(space, traits)) : nullptr),
+      model_(proof_ ? static_cast<SurfaceModel&>(*proof_) : *plausibility_),
+      front_(state_, model_, {options.epsilon, options.standoff.value_or(options.epsilon), options.audit, options.random_seed}),
+      travel_(space, head, model_, options.epsilon, traits.retract),
       grows_(grows(options.strategy)) {
-    inference_.watch(observer.on_inference);
+    model_.watch(observer.on_inference);
     note_seeds(0);
 }
 
 void SurfaceGrowth::note_seeds(std::size_t first) {
     for (const Touch& touch : head_.touches()) {
-        if (touch.sample && *touch.sample >= first) inference_.note_sample(*touch.sample, touch.from - touch.position);
+        if (touch.sample && *touch.sample >= first) model_.note_sample(*touch.sample, touch.from - touch.position);
     }
     front_.sweep();
 }
 
 void SurfaceGrowth::note_insertion(const MaintainedDelaunay::Insertion& insertion, const Touch& touch) {
-    inference_.note_sample(insertion.sample, touch.from - touch.position);
+    model_.note_sample(insertion.sample, touch.from - touch.position);
     front_.note_insertion(insertion);
 }
 
 void SurfaceGrowth::withdraw(DirectedEdge e, const Point& free) {
-    inference_.contradict(state_.facet_samples(e), free);
+    model_.contradict(state_.facet_samples(e), free);
     distrust(e);
 }
 
 void SurfaceGrowth::distrust(DirectedEdge e) {
-    inference_.distrust(e);
+    model_.distrust(e);
     front_.note_edges(e);
 }
 
 void SurfaceGrowth::note_thin(DirectedEdge e) {
-    if (!inference_.bound().is_local) return;
-    const double largest = state_.thickness(e) / 2;
+    if (!plausibility_) return;
     for (const std::uint32_t sample : state_.facet_samples(e)) {
         front_.note_thin(sample);
-        if (inference_.reach(sample) > largest) lower(sample, largest / inference_.reach(sample));
+        plausibility_->doubt(sample);
     }
 }
 
@@ -93,7 +88,7 @@ std::optional<SurfaceGrowth::Step> SurfaceGrowth::approach(NodeId goal, const st
 // --- touching --------------------------------------------------------------------------------------------------------
 
 std::optional<SurfaceGrowth::Step> SurfaceGrowth::step() {
-    if (!grows_ || inference_.bound().reach < kUseful * options_.epsilon) return std::nullopt;
+    if (!grows_ || (proof_ && proof_->reach() < kUseful * options_.epsilon)) return std::nullopt;
     const auto asked = front_.next(space_.roadmap().at(head_.at()));
     if (!asked) return std::nullopt;
     const Point place = state_.sample(std::ranges::max(asked->beside));
@@ -101,7 +96,7 @@ std::optional<SurfaceGrowth::Step> SurfaceGrowth::step() {
         effort_.give_up(place);
         return Step{};  // the front asks a few times and then gives the edge up
     }
-    if (inference_.bound().is_local && !asked->audit && effort_.is_guesswork(place)) return Step{};
+    if (plausibility_ && !asked->audit && effort_.is_guesswork(place)) return Step{};
     const std::uint64_t before = head_.cost().probes();
     const Step step = touch(*asked);
     const std::uint64_t probes = head_.cost().probes() - before;
@@ -112,10 +107,7 @@ std::optional<SurfaceGrowth::Step> SurfaceGrowth::step() {
 
 SurfaceGrowth::Step SurfaceGrowth::touch(const FrontTouch& asked) {
     if (const auto met = travel_.go_to({asked.start, asked.home})) return take_from_way(*met, asked.beside);
-    // What a proven bound shows; of what local bounds suggest, crossings of dual edges alone are right in 99 of 100 cases (new samples
-    // ahead of creases in 98).
-    const bool expects = asked.certain && (asked.along || !inference_.bound().is_local);
-    auto met = travel_.probe(asked.target, expects);
+    auto met = travel_.probe(asked.target, asked.certain);
     if (met && met->is_failed()) return Step{};  // the front asks a few times and then gives the edge up
     if (!met && asked.under && !asked.certain) met = travel_.probe(*asked.under);
     if (met && met->is_failed()) return Step{};
@@ -124,7 +116,7 @@ SurfaceGrowth::Step SurfaceGrowth::touch(const FrontTouch& asked) {
         const Point& free = asked.target;
         if (asked.certain) {
             const std::array<std::uint32_t, 1> lens{asked.interior_of};
-            inference_.check(free, false, lens);
+            model_.check(free, false, lens);
         }
         if (asked.along) {
             if (const auto inferred = state_.inferred(asked.along->inwards)) withdraw(*inferred, free);
@@ -133,7 +125,7 @@ SurfaceGrowth::Step SurfaceGrowth::touch(const FrontTouch& asked) {
         return Step{};
     }
     const std::array<std::uint32_t, 5> lenses{asked.home, asked.interior_of, asked.beside[0], asked.beside[1], asked.beside[2]};
-    inference_.check(met->position, true, lenses);
+    model_.check(met->position, true, lenses);
     if (asked.along) learn_crossing(*asked.along, *met);
     return take(*met, asked.beside);
 }
@@ -146,15 +138,15 @@ void SurfaceGrowth::note_audit(const FrontTouch& asked, const std::optional<Prob
     const auto height = [&](const Point& p) { return asked.along->up.dot(p - asked.along->line.origin); };
     if (contact && height(contact->position) <= height(gap.near) && height(contact->position) >= height(gap.far)) return;
     ++evidence_.audited_wrong;
-    if (contact) inference_.contradict(asked.along->corners, contact->position);  // without contact it is withdrawn
+    if (contact) model_.contradict(asked.along->corners, contact->position);  // without contact it is withdrawn
 }
 
 SurfaceGrowth::Step SurfaceGrowth::take_from_way(const NearTravel::Met& met, const std::array<std::uint32_t, 3>& beside) {
     if (met.is_failed()) return Step{};
     if (met.on_free_way) {
-        inference_.check_way(met.position, beside[0]);
+        model_.check_way(met.position, beside[0]);
     } else {
-        inference_.check(met.position, true, beside);
+        model_.check(met.position, true, beside);
     }
     return take(met, beside);
 }
@@ -165,7 +157,7 @@ SurfaceGrowth::Step SurfaceGrowth::take(const ProbeHead::Answer& touched, const 
     if (criteria_.is_bad(distance, touched.position)) {
         return Step{NewSample{touched.position, near, touched.touch}};
     }
-    inference_.note_touch(touched.position, space_.roadmap().at(head_.contact().from) - touched.position, beside);
+    model_.note_touch(touched.position, space_.roadmap().at(head_.contact().from) - touched.position, beside);
     return Step{};
 }
 
@@ -188,20 +180,14 @@ void SurfaceGrowth::learn_crossing(const FacetView& along, const ProbeHead::Answ
 // --- refutation ------------------------------------------------------------------------------------------------------
 
 bool SurfaceGrowth::settle_refutation() {
-    const std::vector<Refutation> found = inference_.take_refutations();
-    if (found.empty()) return false;
-    if (inference_.bound().is_local) {
-        for (const Refutation& refutation : found) {
-            // Local bounds never exceed the given one.
-            if (refutation.is_proof && options_.reach && refutation.largest < *options_.reach) note_evidence(refutation);
-            for (const std::uint32_t sample : refutation.samples) {
-                lower(sample, std::min(refutation.share, kLowered));
-            }
-        }
-    } else {
-        lower_all(found.front());
+    if (proof_) {
+        const std::optional<Refutation> found = proof_->take_refutation();
+        if (found) lower_all(*found);
+        return found.has_value();
     }
-    return true;
+    const std::vector<std::uint32_t> doubted = plausibility_->take_doubted();
+    for (const std::uint32_t sample : doubted) reconsider_around(sample);
+    return !doubted.empty();
 }
 
 void SurfaceGrowth::note_evidence(const Refutation& refutation) {
@@ -211,9 +197,7 @@ void SurfaceGrowth::note_evidence(const Refutation& refutation) {
     evidence_.detail = refutation.evidence;
 }
 
-void SurfaceGrowth::lower(std::uint32_t sample, double share) {
-    inference_.lower(sample, share);
-    travel_.forget(sample);
+void SurfaceGrowth::reconsider_around(std::uint32_t sample) {
     for (const CellId cell : state_.cells_around(sample)) {
         for (int i = 0; i < 4; ++i) {
             const auto inferred = state_.is_finite({cell, i}) ? state_.inferred({cell, i}) : std::nullopt;
@@ -230,14 +214,14 @@ void SurfaceGrowth::lower_all(const Refutation& found) {
         if (state_.recorded_state(e) == EdgeState::crossing && state_.crossing(e).inferred) state_.withdraw(e);
     });
     travel_.forget_all();
-    inference_.lower(std::min(found.share, kLowered));
+    proof_->lower(std::min(found.share, kLowered));
     front_.sweep();
 }
 
 ReachEvidence SurfaceGrowth::evidence() const {
     ReachEvidence evidence = evidence_;
-    evidence.is_local = inference_.bound().is_local;
-    evidence.used = inference_.bound().reach;
+    evidence.is_plausible = plausibility_ != nullptr;
+    evidence.used = proof_ ? proof_->reach() : 0;
     return evidence;
 }
 

@@ -1,8 +1,9 @@
-// Ŝ grown as a front over S, from within the exterior lenses of its samples (planner/DESIGN.md, "Growing"): the part that needs a bound
-// on the reach. What it leaves open is left to the walks (voronoi_walk.h).
+// Ŝ grown as a front over S, from within the space beside its samples (planner/DESIGN.md, "Growing"): the part that needs a model of S
+// between them, proven or plausible. What it leaves open is left to the walks (voronoi_walk.h).
 #pragma once
 
 #include <cstdint>
+#include <memory>
 #include <optional>
 #include <vector>
 
@@ -14,6 +15,7 @@
 #include "planner/motion/near_travel.h"
 #include "planner/motion/probe_head.h"
 #include "planner/options.h"
+#include "planner/plausibility/plausibility.h"
 #include "planner/probe_surface.h"
 
 namespace palpate {
@@ -63,7 +65,8 @@ private:
     [[nodiscard]] Step touch(const FrontTouch& asked);
     void note_audit(const FrontTouch& asked, const std::optional<ProbeHead::Answer>& contact);
     void note_evidence(const Refutation& refutation);
-    void lower(std::uint32_t sample, double share);
+    // Takes back what is inferred there and infers what it still can.
+    void reconsider_around(std::uint32_t sample);
     void lower_all(const Refutation& found);
     void learn_crossing(const FacetView& along, const ProbeHead::Answer& touched);
     // A touch becomes a sample, or a witness if it is too near to one. One that was not looked for may contradict lenses.
@@ -76,7 +79,9 @@ private:
     const Options& options_;
     const Criteria& criteria_;
     Effort& effort_;
-    Inference inference_;
+    const std::unique_ptr<Inference> proof_;            // either this ...
+    const std::unique_ptr<Plausibility> plausibility_;  // ... or that
+    SurfaceModel& model_;                               // the one that there is
     AdvancingFront front_;
     NearTravel travel_;
     bool grows_;

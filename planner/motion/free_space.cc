@@ -8,7 +8,7 @@ namespace palpate {
 
 Point FreeSpace::hover_point(std::uint32_t sample) const {
     const Point& apex = state_.sample(sample);
-    const Vector up = inference_.normal(sample);
+    const Vector up = model_.normal(sample);
     const auto chord = state_.surroundings().unknown_part(apex, up);
     return apex + (chord ? std::min(hover_, chord->high) : hover_) * up;
 }
@@ -19,8 +19,8 @@ bool FreeSpace::is_free(const Point& from, const Point& to, std::span<const std:
     const Vector direction = (to - from) / length;
     covered_.clear();
     for (const std::uint32_t sample : lenses) {
-        if (!inference_.has_clearance(sample)) continue;
-        const std::optional<Interval> inside = inference_.clearance(sample).clip(from, direction);
+        if (!model_.has_clearance(sample)) continue;
+        const std::optional<Interval> inside = model_.clearance(sample).clip(from, direction);
         if (inside) covered_.push_back(*inside);
     }
     std::sort(covered_.begin(), covered_.end(), [](const Interval& x, const Interval& y) { return x.low < y.low; });
@@ -49,7 +49,7 @@ std::optional<std::vector<std::uint32_t>> FreeSpace::hover_way(const HoverPlace&
     state_.adjacent_samples(from.home, adjacent_);
     adjacent_.push_back(from.home);
     for (const std::uint32_t sample : adjacent_) {
-        if (!inference_.has_clearance(sample)) continue;
+        if (!model_.has_clearance(sample)) continue;
         const Point first = hover_point(sample);
         const std::array<std::uint32_t, 2> lenses{sample, from.home};
         if (is_free(from.point, first, lenses)) reach(sample, (first - from.point).norm(), kStart, to.point);
@@ -70,7 +70,7 @@ std::optional<std::vector<std::uint32_t>> FreeSpace::hover_way(const HoverPlace&
         const Point here = hover_point(at);
         state_.adjacent_samples(at, adjacent_);
         for (const std::uint32_t next : adjacent_) {
-            if (!inference_.has_clearance(next)) continue;
+            if (!model_.has_clearance(next)) continue;
             const Label& label = labels_[next];
             const Point there = hover_point(next);
             const double longer = cost + (there - here).norm();

@@ -12,7 +12,7 @@
 #include <utility>
 #include <vector>
 
-#include "planner/inference/inference.h"
+#include "planner/inference/surface_model.h"
 
 namespace palpate {
 
@@ -30,8 +30,7 @@ public:
     };
 
     // `hover` (mm): height of the ways above S.
-    FreeSpace(const MaintainedDelaunay& state, const Inference& inference, double hover)
-        : state_(state), inference_(inference), hover_(hover) {}
+    FreeSpace(const MaintainedDelaunay& state, const SurfaceModel& model, double hover) : state_(state), model_(model), hover_(hover) {}
 
     // Whether the lenses of these samples cover the straight way.
     [[nodiscard]] bool is_free(const Point& from, const Point& to, std::span<const std::uint32_t> lenses) const;
@@ -52,7 +51,7 @@ private:
     bool reach(std::uint32_t sample, double cost, std::uint32_t came_from, const Point& goal);
 
     const MaintainedDelaunay& state_;
-    const Inference& inference_;
+    const SurfaceModel& model_;
     const double hover_;
     std::vector<Label> labels_;  // by sample
     std::vector<std::pair<double, std::uint32_t>> heap_;

@@ -22,19 +22,19 @@ std::array<double, 3> key(const Point& p) { return {p.x(), p.y(), p.z()}; }
 
 }  // namespace
 
-NearTravel::NearTravel(ProbedSpace& space, ProbeHead& head, const Inference& inference, double epsilon, double retract)
+NearTravel::NearTravel(ProbedSpace& space, ProbeHead& head, const SurfaceModel& model, double epsilon, double retract)
     : state_(space.delaunay()),
       roadmap_(space.roadmap()),
       head_(head),
-      inference_(inference),
-      free_space_(space.delaunay(), inference, epsilon),
+      model_(model),
+      free_space_(space.delaunay(), model, epsilon),
       epsilon_(epsilon),
       lift_(std::max(kLift * epsilon, retract)) {}
 
 // --- places ----------------------------------------------------------------------------------------------------------
 
 std::optional<std::uint32_t> NearTravel::home_of(const Point& p) {
-    const auto is_home = [&](std::uint32_t sample) { return inference_.has_clearance(sample) && inference_.clearance(sample).contains(p); };
+    const auto is_home = [&](std::uint32_t sample) { return model_.has_clearance(sample) && model_.clearance(sample).contains(p); };
     if (is_home(near_)) return near_;
     near_ = state_.nearest_sample(p, state_.cell_at(near_));
     if (is_home(near_)) return near_;
@@ -55,12 +55,12 @@ std::optional<HoverPlace> NearTravel::place() {
 
 NodeId NearTravel::door(std::uint32_t sample) {
     if (doors_.size() <= sample) doors_.resize(sample + 1, kNoNode);
-    if (doors_[sample] != kNoNode || !inference_.has_clearance(sample)) return doors_[sample];
+    if (doors_[sample] != kNoNode || !model_.has_clearance(sample)) return doors_[sample];
     const NodeId start = head_.start_of_sample(sample);
     const Point& apex = state_.sample(sample);
     const Vector way = roadmap_.at(start) - apex;
     const double length = way.norm();
-    const auto inside = inference_.clearance(sample).clip(apex, way / length);
+    const auto inside = model_.clearance(sample).clip(apex, way / length);
     if (!inside || inside->low >= length) return kNoNode;
     const double low = std::max(inside->low, 0.0);
     const double high = std::min(inside->high, length);
@@ -131,7 +131,7 @@ std::optional<NearTravel::Met> NearTravel::go_to(const HoverPlace& goal) {
 
 Vector NearTravel::up_at(const Point& p) {
     near_ = state_.nearest_sample(p, state_.cell_at(near_));
-    return inference_.has_clearance(near_) ? inference_.normal(near_) : Vector((p - state_.sample(near_)).normalized());
+    return model_.has_clearance(near_) ? model_.normal(near_) : Vector((p - state_.sample(near_)).normalized());
 }
 
 NearTravel::Hop NearTravel::go_round(const Point& goal) {

@@ -18,7 +18,7 @@ namespace palpate {
 class NearTravel {
 public:
     // `epsilon` (mm): how far samples are apart. `retract` (mm): the least lift off a touch. All references must outlive it.
-    NearTravel(ProbedSpace& space, ProbeHead& head, const Inference& inference, double epsilon, double retract);
+    NearTravel(ProbedSpace& space, ProbeHead& head, const SurfaceModel& model, double epsilon, double retract);
 
     // Each of these answers if S is met on the way, or a touch there failed; the tool is there then. `on_free_way`: a lens says that S is
     // not there.
@@ -59,7 +59,7 @@ private:
     MaintainedDelaunay& state_;
     Roadmap& roadmap_;
     ProbeHead& head_;
-    const Inference& inference_;
+    const SurfaceModel& model_;
     FreeSpace free_space_;
     const double epsilon_;
     const double lift_;                              // mm

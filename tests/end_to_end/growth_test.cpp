@@ -32,10 +32,10 @@ TEST_P(Growth, CostsLittleMoreThanOneTouchPerSample) {
 }
 
 INSTANTIATE_TEST_SUITE_P(Objects, Growth,
-                         ::testing::Values(Cost{"torus", 0.064, 1.3, 7, 1.55}, Cost{"torus", 0.05, 1.1, 7, 1.55},
-                                           Cost{"torus", 0.025, 1.05, 6, 1.55}, Cost{"sphere", 0.05, 1.1, 5, 1.55},
-                                           Cost{"ellipsoid", 0.036, 1.3, 8, 1.55}, Cost{"genus2", 0.02, 1.3, 8, 1.55},
-                                           Cost{"rounded_box", 0.03, 1.3, 8, 1.55}),
+                         ::testing::Values(Cost{"torus", 0.064, 1.3, 7, 1.42}, Cost{"torus", 0.05, 1.1, 7, 1.42},
+                                           Cost{"torus", 0.025, 1.05, 6, 1.42}, Cost{"sphere", 0.05, 1.1, 5, 1.42},
+                                           Cost{"ellipsoid", 0.036, 1.3, 8, 1.42}, Cost{"genus2", 0.02, 1.3, 8, 1.42},
+                                           Cost{"rounded_box", 0.03, 1.3, 8, 1.42}),
                          [](const auto& test) {
                              return test.param.subject + "_" + std::to_string(static_cast<int>(test.param.epsilon * 1000 + 0.5));
                          });
@@ -80,7 +80,7 @@ TEST(TrueBound, IsNeverRefuted) {
 void expect_right_inferences(double fewer) {
     std::size_t inferences = 0;
     for (const auto& [name, epsilon] :
-         {std::pair{"torus", 0.0068}, {"sphere", 0.0069}, {"genus2", 0.011}, {"ellipsoid", 0.0059}, {"rounded_box", 0.017}}) {
+         {std::pair{"torus", 0.0062}, {"sphere", 0.0063}, {"genus2", 0.01}, {"ellipsoid", 0.0054}, {"rounded_box", 0.0155}}) {
         SCOPED_TRACE(name);
         const FinishedRun run(subject(name), epsilon * std::sqrt(fewer), Strategy{});
         EXPECT_EQ(run.wrong_inferences(), 0U);
@@ -98,14 +98,14 @@ TEST(Adaptive, CostsLittleWhereNobodyKnowsTheReach) {
     const FinishedRun run(subject("bunny"), 0.236, Strategy::adaptive());
     const Result& r = run.result();
     expect_right_result(run);
-    EXPECT_LE(static_cast<double>(r.cost.probes()) / static_cast<double>(r.samples), 3);
-    EXPECT_LE(r.cost.displacement() / r.lower_bound_displacement, 15);
+    EXPECT_LE(static_cast<double>(r.cost.probes()) / static_cast<double>(r.samples), 1.8);
+    EXPECT_LE(r.cost.displacement() / r.lower_bound_displacement, 9);
     EXPECT_LE(static_cast<double>(r.samples) / r.lower_bound_samples, 1.6);
-    // A heuristic, and it says so: some of it is wrong, little.
+    // Not proven, and it says so: some of it is wrong, little.
     EXPECT_EQ(r.certificate.status, Certificate::Status::conditional);
     EXPECT_EQ(r.certificate.find(Premise::Kind::reach)->state, Premise::State::missing);
     EXPECT_EQ(r.certificate.find(Premise::Kind::inference)->state, Premise::State::missing);
-    EXPECT_NE(r.certificate.statement.find("heuristic"), std::string::npos) << r.certificate.statement;
+    EXPECT_NE(r.certificate.statement.find("plausible only"), std::string::npos) << r.certificate.statement;
     EXPECT_LE(static_cast<double>(run.wrong_inferences()), 0.01 * static_cast<double>(run.inferences()));
     EXPECT_GT(r.cost.inferred_contact, r.topology.facets / 10);
 }
@@ -119,30 +119,27 @@ TEST(Adaptive, EndsRightOnCreasesAndAtAnyEpsilon) {
     }
 }
 
-TEST(Adaptive, RestsOnAGivenBoundAndNeverExceedsIt) {
+TEST(Adaptive, ProvesNothingWhateverBoundIsGiven) {
     const FinishedRun run(subject("torus"), 0.05, Strategy::adaptive(), {}, 0.4);
     expect_right_result(run);
-    EXPECT_EQ(run.result().certificate.status, Certificate::Status::certified);
+    EXPECT_EQ(run.result().certificate.status, Certificate::Status::conditional);
     EXPECT_EQ(run.wrong_inferences(), 0U);
 }
 
 TEST(FalseBound, IsNeverSaidToBeFalserThanItIs) {
-    // A thin plate: local bounds are lowered again and again at its rim.
+    // A thin plate: the bound is lowered again and again at its rim.
     const Subject plate{"plate", ShapeSpec{RoundedBoxSpec{{2, 1.5, 0.2}, 0.1}}, Region(Ball{Point::Zero(), 1.6}), {}, {}};
-    for (const Strategy& strategy : {Strategy{}, Strategy::adaptive()}) {
-        for (const double told : {0.2, 0.5}) {
-            Options options;
-            options.epsilon = 0.05;
-            options.strategy = strategy;
-            options.reach = told;
-            options.audit = 1;
-            const FinishedRun run(plate, options);
-            expect_right_result(run);
-            const Certificate& certificate = run.result().certificate;
-            EXPECT_EQ(certificate.status, Certificate::Status::refuted);
-            EXPECT_GE(largest_bound(certificate), 0.1 * (1 - 1e-6)) << certificate.find(Premise::Kind::reach)->detail;
-            EXPECT_LT(largest_bound(certificate), told);
-        }
+    for (const double told : {0.2, 0.5}) {
+        Options options;
+        options.epsilon = 0.05;
+        options.reach = told;
+        options.audit = 1;
+        const FinishedRun run(plate, options);
+        expect_right_result(run);
+        const Certificate& certificate = run.result().certificate;
+        EXPECT_EQ(certificate.status, Certificate::Status::refuted);
+        EXPECT_GE(largest_bound(certificate), 0.1 * (1 - 1e-6)) << certificate.find(Premise::Kind::reach)->detail;
+        EXPECT_LT(largest_bound(certificate), told);
     }
 }
 

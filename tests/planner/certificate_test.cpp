@@ -187,23 +187,42 @@ TEST(Certificate, NamesWhatInferredFacetsRestOn) {
     EXPECT_EQ(c.certify().status, Status::certified);
     EXPECT_EQ(premise(c.certify(), Kind::inference).state, State::assumed);
     EXPECT_NE(premise(c.certify(), Kind::inference).detail.find("17 facets"), std::string::npos);
-    // Local bounds are a heuristic, unless a given bound implies them.
-    c.evidence.reach->is_local = true;
-    EXPECT_EQ(c.certify().status, Status::certified);
-    c.options.reach.reset();
-    const Certificate guessed = c.certify();
-    EXPECT_EQ(guessed.status, Status::conditional);
-    EXPECT_EQ(premise(guessed, Kind::inference).state, State::missing);
-    EXPECT_NE(guessed.statement.find("heuristic"), std::string::npos) << guessed.statement;
-    EXPECT_FALSE(promises_isotopy(guessed));
+    // What is plausible is not proven, whatever bound is given.
+    c.evidence.reach->is_plausible = true;
+    for (const std::optional<double> reach : {c.options.reach, std::optional<double>()}) {
+        c.options.reach = reach;
+        const Certificate guessed = c.certify();
+        EXPECT_EQ(guessed.status, Status::conditional);
+        EXPECT_EQ(premise(guessed, Kind::inference).state, State::missing);
+        EXPECT_NE(guessed.statement.find("plausible only"), std::string::npos) << guessed.statement;
+        EXPECT_FALSE(promises_isotopy(guessed));
+    }
     // A given bound that touches contradict carries nothing.
     c.options.reach = 1.5;
+    c.evidence.reach->is_plausible = false;
     c.evidence.reach->refuted = true;
     c.evidence.reach->largest = 1.2;
     const Certificate refuted = c.certify();
     EXPECT_EQ(refuted.status, Status::refuted);
-    EXPECT_EQ(premise(refuted, Kind::inference).state, State::refuted);
+    EXPECT_NE(premise(refuted, Kind::inference).detail.find("the lowered bound"), std::string::npos);
     EXPECT_NE(premise(refuted, Kind::reach).detail.find("1.2 mm"), std::string::npos);
+}
+
+// The bounds are those of Clopper and Pearson, as tables have them.
+TEST(Certificate, SaysHowManyPlausibleFacetsMayBeWrong) {
+    Case c = good_case();
+    c.evidence.reach = ReachEvidence{};
+    c.evidence.reach->is_plausible = true;
+    const auto detail = [&](std::uint64_t wrong, std::uint64_t of) {
+        c.evidence.reach->audited = of;
+        c.evidence.reach->audited_wrong = wrong;
+        return premise(c.certify(), Kind::inference).detail;
+    };
+    EXPECT_NE(detail(0, 300).find("at most 1.00 % are wrong"), std::string::npos) << detail(0, 300);
+    EXPECT_NE(detail(3, 100).find("at most 7.6 % are wrong"), std::string::npos) << detail(3, 100);
+    EXPECT_NE(detail(0, 10).find("at most 26 % are wrong"), std::string::npos) << detail(0, 10);
+    EXPECT_NE(detail(10, 10).find("at most 100 % are wrong"), std::string::npos) << detail(10, 10);
+    EXPECT_NE(detail(0, 0).find("at most 100 % are wrong"), std::string::npos) << detail(0, 0);
 }
 
 TEST(Certificate, NothingIsGuaranteedAfterABudgetOrWithBadFacets) {

@@ -6,6 +6,7 @@
 #include <numbers>
 #include <tuple>
 
+#include "planner/inference/inference.h"
 #include "planner/probe_surface.h"
 #include "tests/planner/loop/growing.h"
 
@@ -23,7 +24,7 @@ public:
     Playing(const Torus& torus, double epsilon, double audit = 0)
         : epsilon_(epsilon),
           seeded_(torus, epsilon),
-          inference_(state(), ReachBound{torus.reach()}, 4 * epsilon, seeded_.rounding()),
+          inference_(state(), torus.reach(), 4 * epsilon, seeded_.rounding()),
           front_(state(), inference_, {epsilon, epsilon, audit, 1}) {
         for (const Touch& touch : seeded_.head.touches()) {
             if (touch.sample) inference_.note_sample(*touch.sample, touch.from - touch.position);

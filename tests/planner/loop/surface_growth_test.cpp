@@ -182,7 +182,7 @@ TEST(SurfaceGrowth, BelowTwoEpsilonTheFrontIsLeftAlone) {
     EXPECT_FALSE(walks.growth().step());
 }
 
-TEST(SurfaceGrowth, LocalBoundsGrowSafelyWithNothingKnown) {
+TEST(SurfaceGrowth, WhatIsPlausibleGrowsSafelyWithNothingKnown) {
     for (const auto& [torus, epsilon] : {std::pair{Torus::sphere(1), 0.16}, {Torus{1, 0.4}, 0.12}}) {
         Growing growing(torus, epsilon, [](Options& options) {
             options.strategy = Strategy::adaptive();
@@ -196,12 +196,12 @@ TEST(SurfaceGrowth, LocalBoundsGrowSafelyWithNothingKnown) {
             seeded.expect_true_account();
             if (HasFatalFailure()) return;
         }
-        EXPECT_TRUE(growing.growth().evidence().is_local);
+        EXPECT_TRUE(growing.growth().evidence().is_plausible);
         EXPECT_FALSE(growing.growth().evidence().refuted) << "nobody gave a bound";
         const Topology topology = seeded.topology();
         EXPECT_TRUE(topology.is_closed_oriented_manifold());
         EXPECT_EQ(topology.euler_characteristic, torus.euler_characteristic());
-        EXPECT_LT(seeded.head.cost().probes(), 3 * growing.state().sample_count());
+        EXPECT_LT(seeded.head.cost().probes(), 1.5 * static_cast<double>(growing.state().sample_count()));
     }
 }
 

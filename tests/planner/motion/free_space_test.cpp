@@ -2,6 +2,7 @@
 
 #include <gtest/gtest.h>
 
+#include "planner/inference/inference.h"
 #include "tests/planner/torus.h"
 
 namespace palpate {
@@ -37,7 +38,7 @@ protected:
     int tries_ = 0;
     const Region workspace_{Ball{Point::Zero(), 2}};
     MaintainedDelaunay state_{workspace_};
-    Inference inference_{state_, ReachBound{torus_.minor}, 0.3, 1e-12};
+    Inference inference_{state_, torus_.minor, 0.3, 1e-12};
     FreeSpace free_space_{state_, inference_, 0.05};
 };
 

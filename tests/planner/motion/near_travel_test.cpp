@@ -2,8 +2,11 @@
 
 #include <gtest/gtest.h>
 
+#include <memory>
 #include <set>
 
+#include "planner/inference/inference.h"
+#include "planner/plausibility/plausibility.h"
 #include "tests/planner/loop/growing.h"
 
 namespace palpate {
@@ -24,15 +27,17 @@ double shortest_around_sphere(const Point& p, const Point& q) {
 // A surface that is grown all over, with the tool somewhere near it.
 class NearSurface {
 public:
-    NearSurface(const Torus& torus, double epsilon, const ReachBound& bound, std::uint64_t seed)
+    // Without a reach, space is free as far as that is plausible.
+    NearSurface(const Torus& torus, double epsilon, std::optional<double> reach, std::uint64_t seed)
         : random(seed),
           epsilon_(epsilon),
           growing_(torus, epsilon),
-          inference_(state(), bound, 4 * epsilon, seeded().rounding()),
-          travel_(seeded().space, head(), inference_, epsilon, 0) {
+          model_(reach ? std::unique_ptr<SurfaceModel>(std::make_unique<Inference>(state(), *reach, 4 * epsilon, seeded().rounding()))
+                       : std::make_unique<Plausibility>(state(), epsilon, seeded().rounding())),
+          travel_(seeded().space, head(), *model_, epsilon, 0) {
         growing_.run();
         for (const Touch& touch : head().touches()) {
-            if (touch.sample) inference_.note_sample(*touch.sample, touch.from - touch.position);
+            if (touch.sample) model_->note_sample(*touch.sample, touch.from - touch.position);
         }
     }
 
@@ -49,11 +54,11 @@ public:
     [[nodiscard]] HoverPlace random_place() {
         while (true) {
             const std::uint32_t s = random_sample();
-            if (!inference_.has_clearance(s)) continue;
-            const Point p = state().sample(s) + random.uniform(0.02, 2) * epsilon_ * inference_.normal(s) +
+            if (!model_->has_clearance(s)) continue;
+            const Point p = state().sample(s) + random.uniform(0.02, 2) * epsilon_ * model_->normal(s) +
                             random.uniform(0, epsilon_) * random.direction();
             const bool is_good =
-                inference_.clearance(s).contains(p) && torus().distance(p) > 0.01 * epsilon_ && seeded().workspace.contains(p);
+                model_->clearance(s).contains(p) && torus().distance(p) > 0.01 * epsilon_ && seeded().workspace.contains(p);
             if (is_good) return {p, s};
         }
     }
@@ -100,7 +105,7 @@ public:
 private:
     const double epsilon_;
     Growing growing_;
-    Inference inference_;
+    std::unique_ptr<SurfaceModel> model_;
     NearTravel travel_;
     std::set<NodeId> contacts_;
 };
@@ -109,10 +114,9 @@ TEST(NearTravel, EveryWayEndsAtItsGoalOrAtATouch) {
     const Torus sphere = Torus::sphere(1);
     const Torus torus{1, 0.4};
     // The last takes balls to be free that are not, in the hole and across it.
-    for (const auto& [surface, bound] :
-         {std::pair{sphere, ReachBound{1}}, {torus, ReachBound{0.4}}, {torus, ReachBound{0.8, true, 0.3, 2}}}) {
-        SCOPED_TRACE(seed_text(kSeed) + (bound.is_local ? ", local bounds" : ""));
-        NearSurface near(surface, surface.is_sphere() ? 0.2 : 0.18, bound, kSeed);
+    for (const auto& [surface, reach] : {std::pair{sphere, std::optional(1.0)}, {torus, std::optional(0.4)}, {torus, std::nullopt}}) {
+        SCOPED_TRACE(seed_text(kSeed) + (reach ? "" : ", plausible"));
+        NearSurface near(surface, surface.is_sphere() ? 0.2 : 0.18, reach, kSeed);
         int touched_on_the_way = 0;
         for (int k = 0; k < 150; ++k) {
             const HoverPlace goal = near.random_place();
@@ -124,7 +128,7 @@ TEST(NearTravel, EveryWayEndsAtItsGoalOrAtATouch) {
             if (HasFatalFailure()) return;
             if (met) {
                 ++touched_on_the_way;
-                ASSERT_TRUE(bound.is_local || !met->on_free_way) << "a lens of a true bound";
+                ASSERT_TRUE(!reach || !met->on_free_way) << "a lens of a true bound";
             }
             if (was_at_contact) {
                 // First back, straight, the way it came.
@@ -143,14 +147,14 @@ TEST(NearTravel, EveryWayEndsAtItsGoalOrAtATouch) {
             if (near.random.chance(0.1)) near.travel().forget_all();
         }
         EXPECT_GT(near.contacts(), 60U);
-        EXPECT_TRUE(!bound.is_local || touched_on_the_way > 10) << "nothing was wrong";
+        EXPECT_TRUE(reach || touched_on_the_way > 10) << "nothing was wrong";
         near.expect_dead_ends();
     }
 }
 
 TEST(NearTravel, WaysThroughLensesAreNotMuchLongerThanTheShortest) {
     SCOPED_TRACE(seed_text(kSeed + 1));
-    NearSurface near(Torus::sphere(1), 0.2, ReachBound{1}, kSeed + 1);
+    NearSurface near(Torus::sphere(1), 0.2, 1.0, kSeed + 1);
     ASSERT_FALSE(near.travel().go_to(near.random_place()));
     double total = 0;
     double least = 0;
@@ -174,7 +178,7 @@ TEST(NearTravel, WaysThroughLensesAreNotMuchLongerThanTheShortest) {
 
 TEST(NearTravel, AnApproachIsNoLongerThanTheRoadmapAndEndsAtItsNodeOrATouch) {
     SCOPED_TRACE(seed_text(kSeed + 2));
-    NearSurface near(Torus::sphere(1), 0.2, ReachBound{1}, kSeed + 2);
+    NearSurface near(Torus::sphere(1), 0.2, 1.0, kSeed + 2);
     int shorter = 0;
     double saved = 0;
     for (int k = 0; k < 150; ++k) {
