@@ -61,6 +61,7 @@ public:
     [[nodiscard]] Vector normal(std::uint32_t sample) const override { return apexes_[sample].cone.axis(); }
     [[nodiscard]] std::optional<Depth> inside_below(const Point& place, const Vector& up,
                                                     std::span<const std::uint32_t> samples) const override;
+    [[nodiscard]] bool expects(std::span<const std::uint32_t>) const override { return false; }
     [[nodiscard]] double inferable_radius(std::span<const std::uint32_t> samples, double epsilon) const override;
     // As the lenses around show it.
     [[nodiscard]] std::optional<FacetView> view(DirectedEdge e) const override;

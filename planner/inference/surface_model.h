@@ -75,6 +75,8 @@ public:
     };
     [[nodiscard]] virtual std::optional<Depth> inside_below(const Point& place, const Vector& up,
                                                             std::span<const std::uint32_t> samples) const = 0;
+    // Whether S is expected below all places beside those samples, though nothing proves it: a touch that stays away is asked for again.
+    [[nodiscard]] virtual bool expects(std::span<const std::uint32_t> samples) const = 0;
     // mm: the circumradius of facets between those samples whose crossings can mostly be inferred within balls of radius `epsilon`.
     [[nodiscard]] virtual double inferable_radius(std::span<const std::uint32_t> samples, double epsilon) const = 0;
     // The edge as the samples around show it; nothing if it lies outside ω, or they show nothing.

@@ -231,7 +231,7 @@ std::optional<FrontTouch> AdvancingFront::touch_dual_edge(const FacetView& facet
     // Where the edge's exterior end is in doubt itself, the probe starts above it.
     touch.start = facet.at(free->clamp(std::min(facet.top, options_.standoff)));
     touch.home = free->home;
-    touch.certain = facet.interior && *facet.interior >= facet.bottom;
+    touch.certain = touch.expected = facet.interior && *facet.interior >= facet.bottom;
     touch.interior_of = touch.certain ? facet.interior_of : facet.corners[0];
     touch.target = facet.at(touch.certain ? *facet.interior : std::max(facet.bottom, -2 * options_.epsilon));
     touch.along = facet;
@@ -298,6 +298,7 @@ std::optional<FrontTouch> AdvancingFront::touch_at(const OpenEdge& edge, const P
     touch.home = free->home;
     touch.target = place + low * edge.up;
     touch.certain = inside.has_value();
+    touch.expected = touch.certain || model_.expects(touch.beside);
     const Point under = edge.middle - (place - edge.middle).norm() * edge.up;
     if (!state_.surroundings().is_free(under)) touch.under = under;
     return touch;

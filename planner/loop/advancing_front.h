@@ -25,6 +25,7 @@ struct FrontTouch {
     Point start = Point::Zero();   // in the exterior lens of `home`
     Point target = Point::Zero();  // S lies before it
     bool certain = false;          // the interior lens of `interior_of` shows that S lies before the target
+    bool expected = false;         // it is certain, or the samples beside make it plausible
     std::uint32_t home = 0;
     std::uint32_t interior_of = 0;
     bool audit = false;                     // the edge holds an inferred crossing

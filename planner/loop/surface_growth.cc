@@ -107,7 +107,7 @@ std::optional<SurfaceGrowth::Step> SurfaceGrowth::step() {
 
 SurfaceGrowth::Step SurfaceGrowth::touch(const FrontTouch& asked) {
     if (const auto met = travel_.go_to({asked.start, asked.home})) return take_from_way(*met, asked.beside);
-    auto met = travel_.probe(asked.target, asked.certain);
+    auto met = travel_.probe(asked.target, asked.expected);
     if (met && met->is_failed()) return Step{};  // the front asks a few times and then gives the edge up
     if (!met && asked.under && !asked.certain) met = travel_.probe(*asked.under);
     if (met && met->is_failed()) return Step{};

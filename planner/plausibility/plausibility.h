@@ -50,6 +50,8 @@ public:
     [[nodiscard]] std::optional<Depth> inside_below(const Point&, const Vector&, std::span<const std::uint32_t>) const override {
         return std::nullopt;
     }
+    // Where their normals agree.
+    [[nodiscard]] bool expects(std::span<const std::uint32_t> samples) const override;
     [[nodiscard]] double inferable_radius(std::span<const std::uint32_t> samples, double epsilon) const override;
     // Without heights where S is not plausible enough to cross the edge, or not within a ball of radius ε.
     [[nodiscard]] std::optional<FacetView> view(DirectedEdge e) const override;

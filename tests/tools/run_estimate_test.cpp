@@ -51,7 +51,7 @@ double share_within_a_third(const std::vector<Said>& all) {
 }
 
 TEST(RunEstimate, OfTheTimeThatIsLeftIsMostlyRightFromHalfOn) {
-    EXPECT_GT(share_within_a_third(said_during("torus", {"probing.epsilon=0.06"})), 0.7);
+    EXPECT_GT(share_within_a_third(said_during("torus", {"probing.epsilon=0.03"})), 0.7);
     EXPECT_GT(share_within_a_third(said_during("bunny", {"probing.epsilon=0.3", "probing.strategy=default"})), 0.7);
 }
 
