@@ -50,7 +50,8 @@ Premise component_premise(const Evidence& evidence) {
 Premise ball_premise(const Options& options, const Topology& t, const Evidence& evidence) {
     const bool good = t.facets > 0 && evidence.max_ball_radius <= options.epsilon;
     return {Kind::small_balls, good ? State::checked : State::refuted,
-            fmt::format("largest {:.6g} mm, epsilon {:.6g} mm", evidence.max_ball_radius, options.epsilon)};
+            fmt::format("largest {:.6g} mm, epsilon {:.6g} mm{}", evidence.max_ball_radius, options.epsilon,
+                        evidence.reach && evidence.reach->is_plausible ? ", as far as plausible facets are right" : "")};
 }
 
 Premise reach_premise(const Options& options, const Evidence& evidence) {
@@ -73,17 +74,17 @@ Premise reach_premise(const Options& options, const Evidence& evidence) {
                         is_idle ? "; no touch was held against it, as nothing was inferred from it" : "")};
 }
 
-// Facets that no touch put into the mesh, and what they rest on.
 // The largest share of wrong ones that leaves a chance of 5 % to find so few among those (Clopper and Pearson 1934); 1 if none were looked
 // at.
 double largest_share(std::uint64_t wrong, std::uint64_t of) {
     constexpr double kChance = 0.05;
     if (wrong >= of) return 1;
     const auto chance = [&](double share) {
-        double term = std::pow(1 - share, static_cast<double>(of));
-        double sum = term;
+        // The smallest terms are below what a double holds.
+        long double term = std::pow(1 - static_cast<long double>(share), static_cast<long double>(of));
+        long double sum = term;
         for (std::uint64_t k = 1; k <= wrong; ++k) {
-            term *= share / (1 - share) * static_cast<double>(of - k + 1) / static_cast<double>(k);
+            term *= share / (1 - share) * static_cast<long double>(of - k + 1) / static_cast<long double>(k);
             sum += term;
         }
         return sum;
@@ -104,6 +105,7 @@ std::string percent_text(double share) {
     return fmt::format("{:.{}f}", std::ceil(percent / step - 1e-9) * step, percent < 1 ? 2 : percent < 10 ? 1 : 0);
 }
 
+// Facets that no touch put into the mesh, and what they rest on.
 Premise inference_premise(const ReachEvidence& reach) {
     if (!reach.is_plausible) {
         return {
@@ -115,7 +117,7 @@ Premise inference_premise(const ReachEvidence& reach) {
     return {
         Kind::inference, State::missing,
         fmt::format("{} facets, with their balls, are plausible by the samples around them, and not proven; {} more were touched anyway, "
-                    "{} of them not where they were expected: with 95 % confidence at most {} % are wrong",
+                    "{} of them not where they were expected: with 95 % confidence at most {} % are wrong, of those that a touch can reach",
                     reach.inferred, reach.audited, reach.audited_wrong, percent_text(largest_share(reach.audited_wrong, reach.audited)))};
 }
 
@@ -217,8 +219,10 @@ Certificate certify(const Options& options, const Topology& topology, const Evid
     } else if (!reach.holds() || evidence.minor_places > 0 || guesses) {
         certificate.status = Certificate::Status::conditional;
         certificate.statement = fmt::format(
-            "The mesh is a closed oriented manifold whose surface Delaunay balls are at most epsilon; that it has the object's topology is "
+            "The mesh is a closed oriented manifold whose surface Delaunay balls are at most epsilon{}; that it has the object's topology "
+            "is "
             "not guaranteed, because {}: gaps, holes and walls that are narrower than about epsilon may be missing, too.",
+            guesses ? ", as far as its plausible facets are right" : "",
             !reach.holds()              ? "the premise on the reach is missing"
             : evidence.minor_places > 0 ? "the object has sharp edges or walls that no reach allows"
                                         : "not all of its facets are proven");

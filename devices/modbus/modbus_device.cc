@@ -371,9 +371,10 @@ void ModbusDevice::draw_back(const ModbusStatus& status, const Way& way, double 
     for (int attempt = 0; attempt < kRetractAttempts; ++attempt) {
         if (now.is_probe_closed) now = until_open(now, way, rest);
         if (now.is_probe_closed) {
-            // At the start of the way already: a disturbance as short as that was no touch.
+            // At the start of the way: a disturbance as short as that was no touch. Wherever it was to rest, it rests there.
             now = motion_->look_after(kDisturbance);
-            continue;
+            rest = 0.0;
+            if (now.is_probe_closed) continue;
         }
         const Point goal = rest <= 0.0 ? way.start : way.at(rest);
         if (!motion_->is_near(now.actual, goal)) now = go(now, way, rest, ProbeEdge::closing);

@@ -202,21 +202,12 @@ void Inference::lower(double share) {
 std::optional<FacetView> Inference::view(DirectedEdge e) const {
     const std::optional<EdgeSpan> along = state_.span(e);
     if (!along) return std::nullopt;
-    FacetView result;
-    result.corners = state_.facet_samples(e);
-    Vector normal = Vector::Zero();
-    for (const std::uint32_t v : result.corners) {
-        if (has_clearance(v)) normal += this->normal(v);
+    Vector outwards = Vector::Zero();
+    for (const std::uint32_t v : state_.facet_samples(e)) {
+        if (knows(v)) outwards += normal(v);
     }
-    if (normal.isZero()) return std::nullopt;
-    result.line = along->line;
-    const double outwards = normal.dot(along->line.direction) >= 0 ? 1 : -1;
-    result.up = outwards * along->line.direction;
-    const double start = outwards * along->start;
-    const double end = outwards * along->end;
-    result.inwards = start >= end ? e : state_.opposite(e);
-    result.top = std::max(start, end);
-    result.bottom = std::min(start, end);
+    if (outwards.isZero()) return std::nullopt;
+    FacetView result = look_along(e, *along, outwards);
 
     const auto look = [&](const Apex& apex, std::uint32_t of) {
         // One sheet of S only: two are 2 r apart.

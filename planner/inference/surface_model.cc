@@ -12,6 +12,20 @@ void SurfaceModel::distrust(DirectedEdge e) {
     state_.withdraw(e);
 }
 
+FacetView SurfaceModel::look_along(DirectedEdge e, const EdgeSpan& along, const Vector& outwards) const {
+    FacetView seen;
+    seen.corners = state_.facet_samples(e);
+    seen.line = along.line;
+    const double sign = outwards.dot(along.line.direction) >= 0 ? 1 : -1;
+    seen.up = sign * along.line.direction;
+    const double start = sign * along.start;
+    const double end = sign * along.end;
+    seen.inwards = start >= end ? e : state_.opposite(e);
+    seen.top = std::max(start, end);
+    seen.bottom = std::min(start, end);
+    return seen;
+}
+
 std::optional<DirectedEdge> SurfaceModel::infer(DirectedEdge e, double max_ball_radius) {
     if (state_.crossed(e)) return std::nullopt;
     const std::optional<FacetView> seen = view(e);

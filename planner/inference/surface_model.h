@@ -85,6 +85,8 @@ public:
     std::optional<DirectedEdge> infer(DirectedEdge e, double max_ball_radius);
 
 protected:
+    // The edge, seen from the side that `outwards` points to, with nothing known of it.
+    [[nodiscard]] FacetView look_along(DirectedEdge e, const EdgeSpan& along, const Vector& outwards) const;
     // What view() showed cannot be.
     virtual void note_contradiction(const FacetView& seen) = 0;
 

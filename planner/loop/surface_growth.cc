@@ -76,6 +76,9 @@ void SurfaceGrowth::note_thin(DirectedEdge e) {
         front_.note_thin(sample);
         plausibility_->doubt(sample);
     }
+    // From this end S was touched.
+    const DirectedEdge back = state_.opposite(e);
+    if (state_.recorded_state(back) == EdgeState::crossing && state_.crossing(back).inferred) distrust(back);
 }
 
 std::optional<SurfaceGrowth::Step> SurfaceGrowth::approach(NodeId goal, const std::array<std::uint32_t, 3>& corners) {
@@ -93,7 +96,7 @@ std::optional<SurfaceGrowth::Step> SurfaceGrowth::step() {
     if (!asked) return std::nullopt;
     const Point place = state_.sample(std::ranges::max(asked->beside));
     if (effort_.is_spent(place)) {
-        effort_.give_up(place);
+        if (!asked->audit) effort_.give_up(place);
         return Step{};  // the front asks a few times and then gives the edge up
     }
     if (plausibility_ && !asked->audit && effort_.is_guesswork(place)) return Step{};
@@ -131,14 +134,14 @@ SurfaceGrowth::Step SurfaceGrowth::touch(const FrontTouch& asked) {
 }
 
 void SurfaceGrowth::note_audit(const FrontTouch& asked, const std::optional<ProbeHead::Answer>& contact) {
-    ++evidence_.audited;
     const auto inferred = state_.inferred(asked.along->inwards);
     if (!inferred) return;
+    ++evidence_.audited;
     const Crossing& gap = state_.crossing(*inferred);
     const auto height = [&](const Point& p) { return asked.along->up.dot(p - asked.along->line.origin); };
     if (contact && height(contact->position) <= height(gap.near) && height(contact->position) >= height(gap.far)) return;
     ++evidence_.audited_wrong;
-    if (contact) model_.contradict(asked.along->corners, contact->position);  // without contact it is withdrawn
+    if (contact) withdraw(*inferred, contact->position);  // without contact it will be
 }
 
 SurfaceGrowth::Step SurfaceGrowth::take_from_way(const NearTravel::Met& met, const std::array<std::uint32_t, 3>& beside) {
@@ -185,7 +188,9 @@ bool SurfaceGrowth::settle_refutation() {
         if (found) lower_all(*found);
         return found.has_value();
     }
-    const std::vector<std::uint32_t> doubted = plausibility_->take_doubted();
+    std::vector<std::uint32_t> doubted = plausibility_->take_doubted();
+    std::ranges::sort(doubted);
+    doubted.erase(std::ranges::unique(doubted).begin(), doubted.end());
     for (const std::uint32_t sample : doubted) reconsider_around(sample);
     return !doubted.empty();
 }

@@ -1,6 +1,7 @@
 // Ways through exterior lenses, near S (planner/DESIGN.md, "Ways").
 //
-// What is proven free is the roadmap's segments, all outside ω, and the exterior lenses. A lens is convex, so every segment
+// What is proven free is the roadmap's segments, all outside ω, and the exterior lenses; where no bound proves any, plausible balls beside
+// samples stand for lenses below. A lens is convex, so every segment
 // between two of its points is free. A segment that several lenses cover together is free as well. Far ways go over hover
 // points a + h n, where h is the height of the ways and n the middle of the normals that sample a may have: neighbours' hover
 // points see each other.

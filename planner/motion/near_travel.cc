@@ -55,7 +55,9 @@ std::optional<HoverPlace> NearTravel::place() {
 
 NodeId NearTravel::door(std::uint32_t sample) {
     if (doors_.size() <= sample) doors_.resize(sample + 1, kNoNode);
-    if (doors_[sample] != kNoNode || !model_.has_clearance(sample)) return doors_[sample];
+    if (!model_.has_clearance(sample)) return doors_[sample] = kNoNode;
+    // Plausible space becomes smaller where a touch contradicts it.
+    if (doors_[sample] != kNoNode && model_.clearance(sample).contains(roadmap_.at(doors_[sample]))) return doors_[sample];
     const NodeId start = head_.start_of_sample(sample);
     const Point& apex = state_.sample(sample);
     const Vector way = roadmap_.at(start) - apex;
@@ -66,10 +68,6 @@ NodeId NearTravel::door(std::uint32_t sample) {
     const double high = std::min(inside->high, length);
     const double at = std::clamp(epsilon_, low + (high - low) / 4, high - (high - low) / 4);
     return doors_[sample] = roadmap_.add(start, apex + at / length * way);
-}
-
-void NearTravel::forget(std::uint32_t sample) {
-    if (sample < doors_.size()) doors_[sample] = kNoNode;
 }
 
 // --- motion ----------------------------------------------------------------------------------------------------------

@@ -32,8 +32,7 @@ public:
     // `is_cramped`: straight ways are mostly barred there, so that one try is enough.
     std::optional<Met> approach(NodeId goal, const std::array<std::uint32_t, 3>& samples, bool is_cramped);
 
-    // The sample's lens is not what it was.
-    void forget(std::uint32_t sample);
+    // Lenses are not what they were.
     void forget_all() { doors_.clear(); }
 
 private:
