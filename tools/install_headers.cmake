@@ -6,7 +6,7 @@
 cmake_minimum_required(VERSION 3.25)
 
 # What nobody outside needs: how the planner works inside, and what helps sources.
-set(inner "/internal/|^planner/(delaunay|inference|loop|motion)/"
+set(inner "/internal/|^planner/(delaunay|inference|plausibility|loop|motion)/"
           "|^planner/(criteria|union_find)[.]h$|^sim/objects/(crofton|pose|triangle_tree)[.]h$")
 string(CONCAT inner ${inner})
 
