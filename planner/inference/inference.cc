@@ -20,8 +20,6 @@ constexpr int kBisections = 30;
 // Lenses of reach r leave most crossings at a facet of circumradius ρ to a gap that reaches no farther from its plane than kGap ρ²/2r.
 // With 4.5 there are fewer samples and more facets in doubt, with 6.5 it is the other way round, for about as many probes.
 constexpr double kGap = 5.0;
-// Of ε: smaller facets make more samples.
-constexpr double kLeastRadius = 0.85;
 
 }  // namespace
 
@@ -132,11 +130,7 @@ void Inference::contradict(std::span<const std::uint32_t>, const Point& x) {
 }
 
 void Inference::check_way(const Point& x, std::uint32_t home) {
-    const std::uint32_t nearest = state_.nearest_sample(x, state_.cell_at(home));
-    std::vector<std::uint32_t> lenses;
-    state_.adjacent_samples(nearest, lenses);
-    lenses.push_back(nearest);
-    check(x, true, lenses);
+    check(x, true, samples_around(x, home));
     if (!is_refuted()) note(1, fmt::format("the touch at {} was met on a way that the bound makes free", point_text(x)));
 }
 
@@ -251,10 +245,8 @@ std::optional<SurfaceModel::Depth> Inference::inside_below(const Point& place, c
     return best;
 }
 
-// The largest ρ for which the ball at a gap's end is not larger than ε: ρ² + (kGap ρ²/2r)² = ε².
 double Inference::inferable_radius(std::span<const std::uint32_t>, double epsilon) const {
-    const double radius = std::sqrt(2 / (1 + std::hypot(1, kGap * epsilon / reach_)));
-    return std::max(radius, kLeastRadius) * epsilon;
+    return radius_within_ball(kGap * epsilon / reach_) * epsilon;
 }
 
 }  // namespace palpate

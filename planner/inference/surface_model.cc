@@ -12,6 +12,16 @@ void SurfaceModel::distrust(DirectedEdge e) {
     state_.withdraw(e);
 }
 
+double SurfaceModel::radius_within_ball(double bend) { return std::max(std::sqrt(2 / (1 + std::hypot(1, bend))), kLeastRadius); }
+
+std::vector<std::uint32_t> SurfaceModel::samples_around(const Point& x, std::uint32_t home) const {
+    const std::uint32_t nearest = state_.nearest_sample(x, state_.cell_at(home));
+    std::vector<std::uint32_t> samples;
+    state_.adjacent_samples(nearest, samples);
+    samples.push_back(nearest);
+    return samples;
+}
+
 FacetView SurfaceModel::look_along(DirectedEdge e, const EdgeSpan& along, const Vector& outwards) const {
     FacetView seen;
     seen.corners = state_.facet_samples(e);

@@ -10,6 +10,7 @@
 #include <set>
 #include <span>
 #include <utility>
+#include <vector>
 
 #include "planner/delaunay/maintained_delaunay.h"
 #include "planner/inference/lens.h"
@@ -85,6 +86,13 @@ public:
     std::optional<DirectedEdge> infer(DirectedEdge e, double max_ball_radius);
 
 protected:
+    // Of ε: smaller facets make more samples, whatever a model can infer.
+    static constexpr double kLeastRadius = 0.85;
+    // Of ε: the largest circumradius ρ of a facet whose ball does not exceed ε, if S is at most bend·ρ²/2ε from the facet's plane, or
+    // kLeastRadius.
+    [[nodiscard]] static double radius_within_ball(double bend);
+    // The sample nearest to x, last, and those joined to it; `home` is a sample nearby.
+    [[nodiscard]] std::vector<std::uint32_t> samples_around(const Point& x, std::uint32_t home) const;
     // The edge, seen from the side that `outwards` points to, with nothing known of it.
     [[nodiscard]] FacetView look_along(DirectedEdge e, const EdgeSpan& along, const Vector& outwards) const;
     // What view() showed cannot be.

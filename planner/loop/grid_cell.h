@@ -25,4 +25,18 @@ struct GridCellHash {
     }
 };
 
+// visit(value) for all in the cell and those around it, always in the same order. `cells`: a map from cells to sequences of values.
+template <typename Cells, typename Visit>
+void visit_near(const Cells& cells, const GridCell& at, const Visit& visit) {
+    for (std::int64_t x = at[0] - 1; x <= at[0] + 1; ++x) {
+        for (std::int64_t y = at[1] - 1; y <= at[1] + 1; ++y) {
+            for (std::int64_t z = at[2] - 1; z <= at[2] + 1; ++z) {
+                const auto found = cells.find({x, y, z});
+                if (found == cells.end()) continue;
+                for (const auto& value : found->second) visit(value);
+            }
+        }
+    }
+}
+
 }  // namespace palpate

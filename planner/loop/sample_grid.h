@@ -18,16 +18,7 @@ public:
     // Those within the range of p, and some beyond; always in the same order.
     template <typename Visit>
     void visit_near(const Point& p, const Visit& visit) const {
-        const GridCell centre = grid_cell(p, range_);
-        for (std::int64_t x = -1; x <= 1; ++x) {
-            for (std::int64_t y = -1; y <= 1; ++y) {
-                for (std::int64_t z = -1; z <= 1; ++z) {
-                    const auto cell = cells_.find({centre[0] + x, centre[1] + y, centre[2] + z});
-                    if (cell == cells_.end()) continue;
-                    for (const std::uint32_t sample : cell->second) visit(sample);
-                }
-            }
-        }
+        palpate::visit_near(cells_, grid_cell(p, range_), visit);
     }
 
 private:

@@ -10,20 +10,6 @@ constexpr double kWorthKeeping = 0.8;
 // Cosine of the angle between a touch's direction and the way to what was touched from the other side.
 constexpr double kStraight = 0.85;
 
-// visit(value) for all in the cell and those around it.
-template <typename Cells, typename Visit>
-void visit_near(const Cells& cells, const GridCell& at, const Visit& visit) {
-    for (std::int64_t x = at[0] - 1; x <= at[0] + 1; ++x) {
-        for (std::int64_t y = at[1] - 1; y <= at[1] + 1; ++y) {
-            for (std::int64_t z = at[2] - 1; z <= at[2] + 1; ++z) {
-                const auto found = cells.find({x, y, z});
-                if (found == cells.end()) continue;
-                for (const auto& value : found->second) visit(value);
-            }
-        }
-    }
-}
-
 }  // namespace
 
 void ThinWalls::note(const Point& middle, double thickness) {

@@ -44,9 +44,8 @@ constexpr double kClearance = 4.0;
 constexpr double kBlocked = 0.8;
 // Balls end so much below ε: rounding.
 constexpr double kRounding = 1 - 1e-9;
-// Of ε: between the two, the circumradius of new facets follows the curvature. 0.9 throughout: 7 % more samples on the torus, and no fewer
+// Of ε: no new facet is to have a larger circumradius. The least and the largest both 0.9: 7 % more samples on the torus, and no fewer
 // probes on the bunny.
-constexpr double kLeastRadius = 0.85;
 constexpr double kLargestRadius = 0.95;
 
 }  // namespace
@@ -130,12 +129,11 @@ void Plausibility::check(const Point& x, bool touched, std::span<const std::uint
 }
 
 void Plausibility::check_way(const Point& x, std::uint32_t home) {
-    const std::uint32_t nearest = state_.nearest_sample(x, state_.cell_at(home));
+    const std::vector<std::uint32_t> around = samples_around(x, home);
+    const std::uint32_t nearest = around.back();
     if (!knows(nearest)) return;
     const double before = places_[nearest].clearance;
-    state_.adjacent_samples(nearest, ring_);
-    check(x, true, ring_);
-    block(nearest, x);
+    check(x, true, around);
     if (places_[nearest].clearance == before) places_[nearest].clearance *= kBlocked;
 }
 
@@ -174,8 +172,7 @@ double Plausibility::inferable_radius(std::span<const std::uint32_t> samples, do
     double curvature = 0;
     for (const std::uint32_t sample : samples) curvature = std::max(curvature, places_[sample].curvature);
     // S is at most twice as far from the facet's plane as a sphere of that curvature.
-    const double radius = std::sqrt(2 / (1 + std::hypot(1, 2 * curvature * epsilon)));
-    return std::clamp(radius, kLeastRadius, kLargestRadius) * epsilon;
+    return std::min(radius_within_ball(2 * curvature * epsilon), kLargestRadius) * epsilon;
 }
 
 Plausibility::Side Plausibility::side(CellId cell, const Point& vertex) const {
