@@ -15,7 +15,7 @@ namespace {
 // In the order of the enumerators.
 constexpr std::array<std::string_view, 2> kRefineWords{"exhaustive", "eager"};
 constexpr std::array<std::string_view, 2> kExploreWords{"exhaustive", "closure"};
-constexpr std::array<std::string_view, 3> kInferWords{"none", "reach", "adaptive"};
+constexpr std::array<std::string_view, 4> kInferWords{"none", "reach", "adaptive", "auto"};
 constexpr std::array<std::string_view, 2> kTravelWords{"voronoi", "free_space"};
 
 constexpr std::array<std::string_view, 3> kNames{"default", "thesis", "adaptive"};

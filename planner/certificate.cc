@@ -48,10 +48,12 @@ Premise component_premise(const Evidence& evidence) {
 }
 
 Premise ball_premise(const Options& options, const Topology& t, const Evidence& evidence) {
-    const bool good = t.facets > 0 && evidence.max_ball_radius <= options.epsilon;
-    return {Kind::small_balls, good ? State::checked : State::refuted,
-            fmt::format("largest {:.6g} mm, epsilon {:.6g} mm{}", evidence.max_ball_radius, options.epsilon,
-                        evidence.reach && evidence.reach->is_plausible ? ", as far as plausible facets are right" : "")};
+    const double largest = std::max(evidence.max_ball_radius, evidence.max_plausible_ball_radius);
+    const bool good = t.facets > 0 && largest <= options.epsilon;
+    std::string detail = fmt::format("largest {:.6g} mm, epsilon {:.6g} mm", evidence.max_ball_radius, options.epsilon);
+    if (evidence.max_plausible_ball_radius > 0)
+        detail += fmt::format("; {:.6g} mm as far as plausible facets are right", evidence.max_plausible_ball_radius);
+    return {Kind::small_balls, good ? State::checked : State::refuted, std::move(detail)};
 }
 
 Premise reach_premise(const Options& options, const Evidence& evidence) {
@@ -107,18 +109,20 @@ std::string percent_text(double share) {
 
 // Facets that no touch put into the mesh, and what they rest on.
 Premise inference_premise(const ReachEvidence& reach) {
+    const std::string audit = fmt::format("{} more, drawn at random, were touched anyway, {} of them not where they were {}", reach.audited,
+                                          reach.audited_wrong, reach.is_plausible ? "expected" : "inferred");
+    const std::string barred =
+        reach.audit_barred > 0 ? fmt::format("; no way led to {} others that were drawn", reach.audit_barred) : std::string();
     if (!reach.is_plausible) {
-        return {
-            Kind::inference, State::assumed,
-            fmt::format("{} facets, with their balls, are inferred from {}; {} more were touched anyway, {} of them not where they were "
-                        "inferred",
-                        reach.inferred, reach.refuted ? "the lowered bound" : "the given bound", reach.audited, reach.audited_wrong)};
+        return {Kind::inference, State::assumed,
+                fmt::format("{} facets, with their balls, are inferred from {}; {}{}", reach.inferred,
+                            reach.refuted ? "the lowered bound" : "the given bound", audit, barred)};
     }
-    return {
-        Kind::inference, State::missing,
-        fmt::format("{} facets, with their balls, are plausible by the samples around them, and not proven; {} more were touched anyway, "
-                    "{} of them not where they were expected: with 95 % confidence at most {} % are wrong, of those that a touch can reach",
-                    reach.inferred, reach.audited, reach.audited_wrong, percent_text(largest_share(reach.audited_wrong, reach.audited)))};
+    return {Kind::inference, State::missing,
+            fmt::format("{} facets, with their balls, are plausible by the samples around them, and not proven, the least of them with {} "
+                        "%; {}: with 95 % confidence at most {} % are wrong, of those that a touch can reach{}",
+                        reach.inferred, std::floor(100 * reach.least_confidence), audit,
+                        percent_text(largest_share(reach.audited_wrong, reach.audited)), barred)};
 }
 
 Premise touch_premise(const Evidence& evidence) {

@@ -34,7 +34,7 @@ void check_strategy(const Strategy& strategy) {
     using S = Strategy;
     const auto is_one_of = [](auto value, auto last) { return static_cast<int>(value) >= 0 && value <= last; };
     require(is_one_of(strategy.refine, S::Refine::eager) && is_one_of(strategy.explore, S::Explore::closure) &&
-                is_one_of(strategy.infer, S::Infer::adaptive) && is_one_of(strategy.travel, S::Travel::free_space),
+                is_one_of(strategy.infer, S::Infer::automatic) && is_one_of(strategy.travel, S::Travel::free_space),
             "an option of the strategy has a value that is none of its own");
 }
 
@@ -103,6 +103,9 @@ void check_options(const Surroundings& surroundings, const Options& options, con
     check_strategy(options.strategy);
     require(is_positive_if_given(options.standoff), "standoff must be positive and finite");
     require(is_share(options.audit), "audit must lie in [0, 1]");
+    require(is_share(options.trust), "trust must lie in [0, 1]");
+    require(options.inference() != Strategy::Infer::reach || options.reach,
+            "infer: reach needs probing.reach, a lower bound on the reach that you vouch for; without one say infer: auto, or adaptive");
     check_seed_rays(options.seed_rays);
     require(options.refinement_floor > 0 && options.refinement_floor <= 1, "refinement_floor must lie in (0, 1]");
     check_sizing(options.sizing);

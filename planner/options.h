@@ -16,12 +16,13 @@ inline constexpr double kSeedSpacing = 1.0 / 128.0;
 struct Strategy {
     enum class Refine { exhaustive, eager };
     enum class Explore { exhaustive, closure };
-    enum class Infer { none, reach, adaptive };  // adaptive: what is plausible by the samples around
+    // reach: what a bound proves; adaptive: what is plausible by the samples around; automatic: reach where one is given, else adaptive.
+    enum class Infer { none, reach, adaptive, automatic };
     enum class Travel { voronoi, free_space };
 
     Refine refine = Refine::eager;
     Explore explore = Explore::closure;
-    Infer infer = Infer::reach;
+    Infer infer = Infer::automatic;
     Travel travel = Travel::free_space;
 
     friend bool operator==(const Strategy&, const Strategy&) = default;
@@ -55,15 +56,22 @@ struct Options {
     double epsilon = 0.0;         // mm, > 0: upper bound on the radius of every surface Delaunay ball of the result
     std::optional<double> reach;  // mm, > 0: a lower bound on rch(S) that the user vouches for
     Strategy strategy;
-    std::optional<double> standoff;       // mm, > 0: how far above S a probe starts where that is proven free; none: epsilon
-    double audit = 0.02;                  // share, in [0, 1], of the inferred crossings that are touched anyway
-    std::uint64_t random_seed = 1;        // of the choice of audited crossings
-    std::vector<Segment> seed_rays;       // one per component at least; empty: rays from the workspace towards its centre
+    std::optional<double> standoff;  // mm, > 0: how far above S a probe starts where that is proven free; none: half of epsilon
+    double trust = 0.01;             // share, in [0, 1], of the plausible facets that may be wrong; 0: all that is not proven is touched
+    double audit = 0.01;             // share, in [0, 1], of the inferred facets that are touched anyway (planner/loop/audit.h)
+    std::uint64_t random_seed = 1;   // of the choice of audited facets
+    std::vector<Segment> seed_rays;  // one per component at least; empty: rays from the workspace towards its centre
     double refinement_floor = 1.0 / 8.0;  // of epsilon, in (0, 1]: the extra refinement of planner/DESIGN.md, "Repair" stops there
     Sizing sizing;
     double min_angle = 0.0;  // rad, in [0, π/6]: triangles with a smaller angle are refined, away from seeds (thesis 5.3)
     Budget budget;
     bool goes_home = false;  // whether the tool is brought back to where it began
+
+    // What the strategy infers from, never `automatic`.
+    [[nodiscard]] constexpr Strategy::Infer inference() const {
+        if (strategy.infer != Strategy::Infer::automatic) return strategy.infer;
+        return reach ? Strategy::Infer::reach : Strategy::Infer::adaptive;
+    }
 };
 
 }  // namespace palpate

@@ -18,16 +18,21 @@
 namespace palpate {
 
 struct Result {
-    TriangleMesh mesh;               // Ŝ, oriented outwards; its points are samples
-    std::vector<double> ball_radii;  // mm, by triangle: of its smallest surface Delaunay ball
-    Topology topology;               // of the mesh
+    TriangleMesh mesh;                // Ŝ, oriented outwards; its points are samples
+    std::vector<double> ball_radii;   // mm, by triangle: of its smallest surface Delaunay ball
+    std::vector<Segment> dual_edges;  // by triangle, inside ω, from outside O
+    // By triangle: that S crosses its dual edge within the ball; 1 where a touch or a proof shows it, else as likely as the samples around
+    // make it (planner/DESIGN.md, "Plausibility").
+    std::vector<double> confidences;
+    Topology topology;  // of the mesh
     Certificate certificate;
     std::vector<BadPlace> bad_places;   // empty unless the certificate is incomplete
     std::vector<BadPlace> thin_places;  // walls and sharp edges that the mesh leaves out, without harm to its topology
     Cost cost;
-    std::vector<Touch> touches;    // every contact, in order
-    std::size_t samples = 0;       // |E|, whether a facet uses them or not
-    double max_ball_radius = 0.0;  // mm
+    std::vector<Touch> touches;              // every contact, in order
+    std::size_t samples = 0;                 // |E|, whether a facet uses them or not
+    double max_ball_radius = 0.0;            // mm: of the facets that touches and proofs put into the mesh
+    double max_plausible_ball_radius = 0.0;  // mm: of the others
 
     // Lower bounds for any such sample: N >= 2·area/(3√3·ε²), and (N - 1)·ε for the way through N samples that are ε apart.
     double lower_bound_samples = 0.0;

@@ -11,6 +11,8 @@ struct Progress {
     double worst_ball_radius = 0.0;  // mm: of the surface Delaunay balls seen and not yet refined; 0 before the first
     double epsilon = 0.0;            // mm
     std::uint64_t open_edges = 0;    // edges of Ŝ, or Voronoi edges under exhaustive exploration, still to look at
+    std::uint64_t audited = 0;       // facets that were touched to see whether what is inferred is right
+    std::uint64_t audits_left = 0;   // about how many more will be
     double fraction_done = 0.0;      // estimate in [0, 1], never falling
 };
 

@@ -3,6 +3,8 @@
 #include <fmt/format.h>
 #include <spdlog/spdlog.h>
 
+#include <algorithm>
+
 #include "devices/errors.h"
 #include "tools/run_progress.h"
 
@@ -36,8 +38,9 @@ void warn_of_other_truth(const Simulation& run) {
 }
 
 std::string describe_truth(const Simulation& run) {
-    return fmt::format("Euler characteristic {}, {} component(s), Hausdorff distance {:.6g} mm, {} unsafe moves",
-                       run.truth.euler_characteristic, run.truth.components, run.truth.hausdorff, run.unsafe_moves);
+    return fmt::format("Euler characteristic {}, {} component(s), Hausdorff distance {:.6g} mm, {} unsafe moves, {} wrong facets",
+                       run.truth.euler_characteristic, run.truth.components, run.truth.hausdorff, run.unsafe_moves,
+                       std::ranges::count(run.verdicts, FacetVerdict::wrong));
 }
 
 Simulation simulate_with_progress(const SessionConfig& config, const Scene& scene, Output& output, StopSignals& signals) {

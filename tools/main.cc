@@ -211,10 +211,13 @@ int main(int argc, char** argv) {
     bench_app->add_flag("--anytime", bench.anytime,
                         "Write the error against probes and displacement, beside a z-raster and random rays: FILE.csv and FILE.svg; "
                         "one CONFIG");
+    bench_app->add_flag("--reliability", bench.reliability,
+                        "Write how often plausible facets are wrong, over how often they are stated to be: FILE.csv and FILE.svg");
     add_overrides(bench_app, bench.overrides);
     bench_app->footer(
         "Example: palpate bench config/examples/*.yaml --strategy thesis,eager+exhaustive,default -o comparison\n"
-        "         palpate bench config/examples/torus.yaml --anytime -o torus_anytime");
+        "         palpate bench config/examples/torus.yaml --anytime -o torus_anytime\n"
+        "         palpate bench config/examples/*.yaml --strategy adaptive --reliability -o reliability");
 
     try {
         app.parse(argc, argv);

@@ -15,7 +15,10 @@ void RunEstimate::note(std::chrono::nanoseconds now, const Progress& progress, c
     if (area.covered > 0 && area.open < area.covered) covered_ = area.covered / (area.covered + area.open);
     // Counted in facets: samples are found long before the last facets between them.
     const auto facets = static_cast<double>(area.facets);
-    time_left_.note(now, facets, facets / covered_.value_or(progress.fraction_done));
+    // A touch brings a sample, or two facets, or is an audit.
+    const double audited = 2 * static_cast<double>(progress.audited);
+    const double audits = audited + 2 * static_cast<double>(progress.audits_left);
+    time_left_.note(now, facets + audited, facets / covered_.value_or(progress.fraction_done) + audits);
 }
 
 double RunEstimate::fraction_done(const Progress& progress) const {

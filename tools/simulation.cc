@@ -64,6 +64,7 @@ Simulation simulate(const SessionConfig& config, const Scene& scene, const Obser
     run.oracle_seconds = oracle.spent().count();
     run.planner_seconds = (total - oracle.spent() - checking).count();
     run.truth = measure_truth(scene.object, run.result.mesh, TruthSampling{}, config.probing.random_seed);
+    run.verdicts = judge_facets(scene.object, run.result.mesh, run.result.dual_edges, config.probing.epsilon);
     run.unsafe_moves = device.unsafe_moves();
     run.moves = device.moves();
     run.distance = device.distance();

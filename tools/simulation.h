@@ -8,6 +8,7 @@
 
 #include "config/session_config.h"
 #include "planner/probe_surface.h"
+#include "sim/facet_truth.h"
 #include "sim/objects/hidden_object.h"
 #include "sim/truth.h"
 
@@ -28,6 +29,7 @@ void check_seeds(const SessionConfig& config, const Scene& scene);
 struct Simulation {
     Result result;
     Truth truth;
+    std::vector<FacetVerdict> verdicts;  // by triangle of the result
     std::uint64_t wrong_inferences = 0;  // crossings that were inferred where the hidden surface has none
     std::uint64_t unsafe_moves = 0;      // counted by the simulator, not by the planner
     std::uint64_t moves = 0;             // likewise

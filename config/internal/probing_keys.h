@@ -45,8 +45,8 @@ void describe(Archive& keys, Strategy& strategy) {
     keys.value({"explore", "which edges are probed: all that can be reached, or what closes the surface"}, strategy.explore,
                Word{strategy_words<Strategy::Explore>()});
     keys.value({"infer",
-                "what is concluded without a probe: nothing; what a bound on the reach proves (without `probing.reach` nothing); or what "
-                "the samples around make plausible"},
+                "what is concluded without a probe: nothing; what `probing.reach` proves; what the samples around make plausible; or "
+                "`reach` where one is given, else `adaptive`"},
                strategy.infer, Word{strategy_words<Strategy::Infer>()});
     keys.value(
         {"travel", "along which ways the probe moves: along Voronoi edges, or near the surface through all space that is proven free"},
@@ -100,11 +100,15 @@ void describe(Archive& keys, Options& options) {
          Need::optional, "", "default"},
         strategy_names(), std::nullopt, [&](Archive& inner) { describe(inner, options.strategy); });
     if (named) options.strategy = named_strategy(*named);
-    keys.value(
-        {"standoff", "how far above the surface a probe starts where that is proven free; null: epsilon", Need::optional, kMillimetres},
-        options.standoff, kLengthOrNull);
-    keys.value({"audit", "share of the inferred crossings that are touched anyway; at most 300 of them"}, options.audit,
+    keys.value({"standoff", "how far above the surface a probe starts where that is proven free; null: half of epsilon", Need::optional,
+                kMillimetres},
+               options.standoff, kLengthOrNull);
+    keys.value({"trust", "share of the plausible facets that may be wrong; 0: whatever is not proven is touched"}, options.trust,
                Number{kShareBounds});
+    keys.value({"audit",
+                "share of the inferred facets that are touched anyway: 60 at least, but no more than 5 % of the samples, and at most 300; "
+                "0: none"},
+               options.audit, Number{kShareBounds});
     list(keys, {"seed_rays", "probed first, one per component at least; none: rays from the workspace towards its centre"}, {},
          options.seed_rays);
     keys.value(

@@ -29,6 +29,7 @@ struct FacetView {
     std::optional<double> interior;  // mm: inside O just below; the largest that is known
     std::uint32_t exterior_of = 0;   // the sample that `exterior` is known from
     std::uint32_t interior_of = 0;   // the sample that `interior` is known from
+    double confidence = 1.0;         // that it is so: 1 if proven
 
     [[nodiscard]] Point at(double height) const { return line.origin + height * up; }
     // S meets the edge, between those heights.

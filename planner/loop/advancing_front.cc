@@ -32,6 +32,17 @@ constexpr double kSpacing = 1 + 1e-7;
 constexpr double kSheet = 1.5;
 // Facets steeper than this against the open edge's tangent plane are not ahead.
 constexpr double kSteepest = 0.5;
+// Of ε: how far below a tangent plane S is looked for. Where it falls away faster a second touch meets it below the open edge. With 2 and 1
+// in place of both: 10 % more probes on eight sharp objects, 50 % on a plate of 1.5 ε.
+constexpr double kLow = 1.0;
+// Of the distance ahead: so far below the open edge that second touch aims.
+constexpr double kUnder = 0.6;
+// Of ε: samples so far from a place ahead show creases there, ...
+constexpr double kCreaseRange = 2.0;
+// ... if their normals' cosine with that of the open edge is smaller.
+constexpr double kSameSide = 0.7;
+// Of ε: places nearer than that behind a crease are touched as if it were not there.
+constexpr double kPast = 0.1;
 // A start is put inside a lens by this part of the way: not on its boundary.
 constexpr double kInside = 1e-3;
 
@@ -95,7 +106,6 @@ bool AdvancingFront::infer(DirectedEdge e) {
     const std::optional<DirectedEdge> inwards = model_.infer(e, options_.epsilon);
     if (!inwards) return false;
     note_edges(*inwards);
-    if (audited_ < kAuditEnough && static_cast<double>(random_() >> 11U) * 0x1p-53 < options_.audit) note_audit(*inwards);
     return true;
 }
 
@@ -249,8 +259,13 @@ std::optional<AdvancingFront::Place> AdvancingFront::best_place(const OpenEdge& 
     const Vector along = edge.up.cross(edge.ahead);
     const Flat centre(kAhead * epsilon, 0);
     flat_.clear();
+    const std::optional<Crease> crease = crease_ahead(edge);
     samples_.visit_near(edge.middle + centre.x() * edge.ahead, [&](std::uint32_t v) {
-        const Vector d = state_.sample(v) - edge.middle;
+        Point p = state_.sample(v);
+        if (crease && model_.has_clearance(v) && model_.normal(v).dot(model_.normal(crease->beyond)) > model_.normal(v).dot(edge.up)) {
+            p = crease->fold.unfold(p);
+        }
+        const Vector d = p - edge.middle;
         const Flat at(d.dot(edge.ahead), d.dot(along));
         if (std::abs(d.dot(edge.up)) < kSheet * epsilon && (at - centre).norm() < kRange * epsilon) flat_.push_back(at);
     });
@@ -277,30 +292,57 @@ std::optional<AdvancingFront::Place> AdvancingFront::best_place(const OpenEdge& 
     return Place{edge.middle + best.x() * edge.ahead + best.y() * along, most};
 }
 
-std::optional<FrontTouch> AdvancingFront::touch_at(const OpenEdge& edge, const Point& place) const {
+std::optional<AdvancingFront::Crease> AdvancingFront::crease_ahead(const OpenEdge& edge) const {
+    const Point centre = edge.middle + kAhead * options_.epsilon * edge.ahead;
+    std::optional<std::uint32_t> nearest;
+    double least = kCreaseRange * options_.epsilon;
+    samples_.visit_near(centre, [&](std::uint32_t v) {
+        const double distance = (state_.sample(v) - centre).norm();
+        if (distance > least || !model_.has_clearance(v) || model_.normal(v).dot(edge.up) > kSameSide) return;
+        nearest = v;
+        least = distance;
+    });
+    if (!nearest) return std::nullopt;
+    const auto fold = Fold::between(edge.middle, edge.up, state_.sample(*nearest), model_.normal(*nearest));
+    if (!fold || fold->past(edge.middle) > 0) return std::nullopt;
+    return Crease{*fold, *nearest};
+}
+
+std::optional<FrontTouch> AdvancingFront::touch_along(const Point& place, const Vector& up,
+                                                      const std::array<std::uint32_t, 3>& beside) const {
     FrontTouch touch;
-    touch.beside = {edge.a, edge.b, edge.c};
-    const std::optional<Clearance> free = clearance_at(place, edge.up, touch.beside);
-    const auto chord = state_.surroundings().unknown_part(place, edge.up);
+    touch.beside = beside;
+    const std::optional<Clearance> free = clearance_at(place, up, touch.beside);
+    const auto chord = state_.surroundings().unknown_part(place, up);
     if (!free || !chord) return std::nullopt;
-    const std::optional<SurfaceModel::Depth> inside = model_.inside_below(place, edge.up, touch.beside);
-    touch.interior_of = inside ? inside->of : edge.a;
+    const std::optional<SurfaceModel::Depth> inside = model_.inside_below(place, up, touch.beside);
+    touch.interior_of = inside ? inside->of : beside[0];
     // S is met between these heights: everywhere there the touch must keep its distance.
-    const double low = std::max(inside ? inside->height : -2 * options_.epsilon, chord->low);
+    const double low = std::max(inside ? inside->height : -kLow * options_.epsilon, chord->low);
     bool spaced = true;
     samples_.visit_near(place, [&](std::uint32_t v) {
         const Vector d = state_.sample(v) - place;
-        const double height = std::clamp(d.dot(edge.up), std::min(low, free->span.low), free->span.low);
-        spaced = spaced && (d - height * edge.up).norm() > kSpacing * options_.epsilon;
+        const double height = std::clamp(d.dot(up), std::min(low, free->span.low), free->span.low);
+        spaced = spaced && (d - height * up).norm() > kSpacing * options_.epsilon;
     });
     if (!spaced) return std::nullopt;
-    touch.start = place + free->clamp(options_.standoff) * edge.up;
+    touch.start = place + free->clamp(options_.standoff) * up;
     touch.home = free->home;
-    touch.target = place + low * edge.up;
+    touch.target = place + low * up;
     touch.certain = inside.has_value();
     touch.expected = touch.certain || model_.expects(touch.beside);
-    const Point under = edge.middle - (place - edge.middle).norm() * edge.up;
-    if (!state_.surroundings().is_free(under)) touch.under = under;
+    return touch;
+}
+
+std::optional<FrontTouch> AdvancingFront::touch_at(const OpenEdge& edge, const Point& place) const {
+    const std::optional<Crease> crease = crease_ahead(edge);
+    if (crease && crease->fold.past(place) > kPast * options_.epsilon) {
+        const auto touch = touch_along(crease->fold.fold(place), model_.normal(crease->beyond), {crease->beyond, edge.a, edge.b});
+        if (touch) return touch;
+    }
+    auto touch = touch_along(place, edge.up, {edge.a, edge.b, edge.c});
+    const Point under = edge.middle - kUnder * (place - edge.middle).norm() * edge.up;
+    if (touch && !state_.surroundings().is_free(under)) touch->under = under;
     return touch;
 }
 
@@ -328,10 +370,8 @@ std::optional<FrontTouch> AdvancingFront::next(const Point& head) {
     for (; known_ < state_.sample_count(); ++known_) samples_.add(known_, state_.sample(known_));
     while (const std::optional<Task> task = tasks_.take_nearest(head)) {
         if (task->samples[2] != Task::kNoSample) {
-            const auto touch = audited_ < kAuditEnough ? touch_audited(*task) : std::nullopt;
-            if (!touch) continue;
-            ++audited_;
-            return touch;
+            if (const auto touch = touch_audited(*task)) return touch;
+            continue;
         }
         const std::optional<OpenEdge> edge = look_at(*task);
         if (!edge) continue;

@@ -9,12 +9,12 @@
 #include <array>
 #include <cstdint>
 #include <optional>
-#include <random>
 #include <set>
 #include <utility>
 #include <vector>
 
 #include "planner/inference/surface_model.h"
+#include "planner/loop/fold.h"
 #include "planner/loop/sample_grid.h"
 #include "planner/loop/task_grid.h"
 
@@ -37,24 +37,14 @@ struct FrontTouch {
 class AdvancingFront {
 public:
     struct Options {
-        double epsilon = 0.0;           // mm
-        double standoff = 0.0;          // mm: a probe starts so far above S if that is proven free, or as near to that as is
-        double audit = 0.0;             // share of the inferred crossings that are touched anyway
-        std::uint64_t random_seed = 0;  // of the choice of audited crossings
+        double epsilon = 0.0;   // mm
+        double standoff = 0.0;  // mm: a probe starts so far above S if that is proven free, or as near to that as is
     };
-    // So many touches that agree are audit enough: not one inference in a hundred is wrong, with 95 % confidence.
-    static constexpr std::uint64_t kAuditEnough = 300;
-
     // Of ε: samples farther away than that have no bond with a new one.
     static constexpr double kRange = 3.0;
 
     AdvancingFront(MaintainedDelaunay& state, SurfaceModel& model, const Options& options)
-        : state_(state),
-          model_(model),
-          options_(options),
-          tasks_(2 * options.epsilon),
-          samples_(kRange * options.epsilon),
-          random_(options.random_seed) {}
+        : state_(state), model_(model), options_(options), tasks_(2 * options.epsilon), samples_(kRange * options.epsilon) {}
 
     // Infers what it can of an edge. True if that puts its facet into Ŝ.
     bool infer(DirectedEdge e);
@@ -65,6 +55,8 @@ public:
     void reconsider(DirectedEdge e);
     // Infers and notes everything afresh. Linear time.
     void sweep();
+    // Has an inferred facet touched anyway, if a way leads there.
+    void note_audit(DirectedEdge e);
 
     // S crosses the dual edge of a facet with that sample twice: two sheets are so near that touches beside samples mostly fail.
     void note_thin(std::uint32_t sample);
@@ -103,12 +95,19 @@ private:
     };
     // Where a new sample has the most bonds. Nothing if it would make too large a triangle at all places ahead.
     [[nodiscard]] std::optional<Place> best_place(const OpenEdge& edge);
+    // The crease that the open edge faces, if samples beyond it show one.
+    struct Crease {
+        Fold fold;
+        std::uint32_t beyond = 0;  // a sample there
+    };
+    [[nodiscard]] std::optional<Crease> crease_ahead(const OpenEdge& edge) const;
+    // A touch along -up, for a new sample near `place`.
+    [[nodiscard]] std::optional<FrontTouch> touch_along(const Point& place, const Vector& up,
+                                                        const std::array<std::uint32_t, 3>& beside) const;
     [[nodiscard]] std::optional<FrontTouch> touch_at(const OpenEdge& edge, const Point& place) const;
     [[nodiscard]] std::optional<FrontTouch> touch_dual_edge(const FacetView& facet) const;
     [[nodiscard]] std::optional<FrontTouch> touch_ahead(const OpenEdge& edge, const std::optional<Place>& place,
                                                         const std::optional<FacetView>& ahead);
-    // An inferred facet that is touched anyway.
-    void note_audit(DirectedEdge e);
     [[nodiscard]] std::optional<FrontTouch> touch_audited(const Task& task) const;
 
     MaintainedDelaunay& state_;
@@ -116,9 +115,7 @@ private:
     const Options options_;
     TaskGrid tasks_;
     SampleGrid samples_;
-    std::uint32_t known_ = 0;  // so many samples are in it
-    std::mt19937_64 random_;
-    std::uint64_t audited_ = 0;
+    std::uint32_t known_ = 0;                                     // so many samples are in it
     std::set<std::array<std::uint32_t, 3>> missed_;               // facets whose dual edges were touched and taught nothing
     std::set<std::pair<std::uint32_t, std::uint32_t>> given_up_;  // open edges that touches did not close
     std::vector<bool> thin_;                                      // by sample, as far as there are any

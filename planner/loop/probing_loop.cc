@@ -27,7 +27,7 @@ std::size_t packing_bound(const Region& region, double spacing) {
 std::optional<ProbeWatch> watch_for(const Options& options, const OracleTraits& traits) {
     if (!traits.overtravel) return std::nullopt;
     // Adaptive motion waits for no proof; the others keep to what is proven.
-    const bool hops = options.strategy.infer == Strategy::Infer::adaptive;
+    const bool hops = options.inference() == Strategy::Infer::adaptive;
     return ProbeWatch(*traits.overtravel, options.epsilon, hops ? kLongestHop * options.epsilon : 0.0);
 }
 
@@ -68,8 +68,7 @@ void ProbingLoop::probe_all() {
     seed();
     // Seeds are exempt from the spacing; there are few of them.
     max_samples_ = state_.sample_count() + packing_bound(state_.surroundings().region(), criteria_.least_spacing());
-    if (options_.strategy.infer == Strategy::Infer::adaptive || (options_.strategy.infer == Strategy::Infer::reach && options_.reach))
-        growth_.emplace(space_, head_, options_, traits_, criteria_, observer_, effort_);
+    if (options_.inference() != Strategy::Infer::none) growth_.emplace(space_, head_, options_, traits_, criteria_, observer_, effort_);
     walk_.sweep();
     while ((stopped_by_ = used_up(options_.budget, head_.cost(), traits_.rates)).empty()) {
         if (grow()) continue;
@@ -82,6 +81,7 @@ void ProbingLoop::probe_all() {
         walk_.sweep();
         if (growth_) growth_->sweep();
         if (grow() || walk_.next() || explore_unrepresented() || repair_defects() || refine_facets()) continue;
+        if (growth_ && growth_->begin_audit()) continue;
         break;
     }
 }
@@ -318,6 +318,10 @@ void ProbingLoop::report() {
     progress.worst_ball_radius = bad_.empty() ? options_.epsilon : bad_.top().radius;
     progress.epsilon = options_.epsilon;
     progress.open_edges = walk_.open_count() + (growth_ ? growth_->open_count() : 0);
+    if (growth_) {
+        progress.audited = growth_->audited();
+        progress.audits_left = growth_->audits_left();
+    }
     progress.fraction_done = progress_.fraction(head_.touches(), state_.sample_count());
     observer_.on_progress(progress, view());
 }
@@ -332,9 +336,26 @@ Result ProbingLoop::result() {
     result.cost.grazes = state_.grazes();
     RestrictedSurface surface = extract_surface(state_);
     result.topology = analyse_topology(surface.mesh);
-    for (const double radius : surface.ball_radii) result.max_ball_radius = std::max(result.max_ball_radius, radius);
     Evidence evidence;
+    if (growth_) evidence.reach = growth_->evidence();
+    const bool guesses = evidence.reach && evidence.reach->is_plausible;
+    for (std::size_t t = 0; t < surface.dual_edges.size(); ++t) {
+        const DirectedEdge e = surface.dual_edges[t];
+        const std::optional<EdgeSpan> along = state_.span(e);
+        result.dual_edges.push_back({along->start_point(), along->end_point()});
+        const bool is_inferred = state_.inferred(e).has_value();
+        const bool is_plausible = is_inferred && guesses;
+        result.confidences.push_back(is_plausible ? growth_->confidence(e) : 1);
+        if (is_inferred) ++(is_plausible ? result.cost.plausible_contact : result.cost.inferred_contact);
+        double& largest = is_plausible ? result.max_plausible_ball_radius : result.max_ball_radius;
+        largest = std::max(largest, surface.ball_radii[t]);
+    }
     evidence.max_ball_radius = result.max_ball_radius;
+    evidence.max_plausible_ball_radius = result.max_plausible_ball_radius;
+    if (evidence.reach) {
+        evidence.reach->inferred = result.cost.inferred_contact + result.cost.plausible_contact;
+        if (guesses && !result.confidences.empty()) evidence.reach->least_confidence = std::ranges::min(result.confidences);
+    }
     evidence.components = result.topology.components;
     Repair::Findings found = repair_.findings(surface, result.topology, effort_);
     evidence.unrepresented_touches = found.unrepresented_touches;
@@ -350,11 +371,6 @@ Result ProbingLoop::result() {
     evidence.grazes = result.cost.grazes;
     evidence.seeds_given = !options_.seed_rays.empty();
     evidence.touch_error = traits_.touch_error;
-    for (const DirectedEdge e : surface.dual_edges) result.cost.inferred_contact += state_.inferred(e) ? 1 : 0;
-    if (growth_) {
-        evidence.reach = growth_->evidence();
-        evidence.reach->inferred = result.cost.inferred_contact;
-    }
     result.certificate = certify(options_, result.topology, evidence);
     // A front that a budget stopped has open edges everywhere, and no epsilon would mend them.
     if (stopped_by_.empty()) {

@@ -11,6 +11,7 @@
 #include "planner/criteria.h"
 #include "planner/inference/inference.h"
 #include "planner/loop/advancing_front.h"
+#include "planner/loop/audit.h"
 #include "planner/loop/effort.h"
 #include "planner/motion/near_travel.h"
 #include "planner/motion/probe_head.h"
@@ -22,7 +23,7 @@ namespace palpate {
 
 class SurfaceGrowth {
 public:
-    // REQUIRES: options.reach, unless the strategy infers adaptively. All arguments must outlive it.
+    // REQUIRES: options.inference() is not `none`. All arguments must outlive it.
     SurfaceGrowth(ProbedSpace& space, ProbeHead& head, const Options& options, const OracleTraits& traits, const Criteria& criteria,
                   const Observer& observer, Effort& effort);
 
@@ -46,8 +47,10 @@ public:
     void note_crossing(DirectedEdge e) { front_.note_edges(e); }
     // S crosses the edge twice: balls between the two sheets are that small.
     void note_thin(DirectedEdge e);
-    // Infers and notes everything afresh. Linear time.
-    void sweep() { front_.sweep(); }
+    // Infers and notes everything afresh, and has touched what is too doubtful for the trust that was asked for. Linear time.
+    void sweep();
+    // Once nothing else is left to do: chooses inferred facets that the next steps touch anyway. False if there are none. Linear time.
+    bool begin_audit();
     // An inferred crossing where Ŝ is wrong: only a touch can say now.
     void distrust(DirectedEdge e);
     // The tool found an inferred crossing's edge free.
@@ -58,10 +61,21 @@ public:
 
     // If the bound was contradicted: lowers it and withdraws what rested on it. True if it was.
     bool settle_refutation();
+    // That an inferred facet is right, as the samples around show by now.
+    [[nodiscard]] double confidence(DirectedEdge e) const;
+    [[nodiscard]] std::uint64_t audited() const { return audit_.touched(); }
+    // About so many facets will be audited still.
+    [[nodiscard]] std::uint64_t audits_left() const;
     [[nodiscard]] ReachEvidence evidence() const;
     [[nodiscard]] std::size_t open_count() const { return front_.open_count(); }
 
 private:
+    template <typename Visit>
+    void for_each_inferred(const Visit& visit) const {
+        state_.for_each_edge([&](DirectedEdge e) {
+            if (state_.recorded_state(e) == EdgeState::crossing && state_.crossing(e).inferred) visit(e);
+        });
+    }
     [[nodiscard]] Step touch(const FrontTouch& asked);
     void note_audit(const FrontTouch& asked, const std::optional<ProbeHead::Answer>& contact);
     void note_evidence(const Refutation& refutation);
@@ -84,6 +98,7 @@ private:
     SurfaceModel& model_;                               // the one that there is
     AdvancingFront front_;
     NearTravel travel_;
+    Audit audit_;
     bool grows_;
     ReachEvidence evidence_;
 };

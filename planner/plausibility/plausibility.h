@@ -27,7 +27,7 @@ public:
     // The side of S that a Voronoi vertex lies on.
     struct Side {
         bool is_outside = false;
-        // The cosine, towards that side, of the corner that speaks for it least; 1 if motion or a touch shows it.
+        // How far from S it lies, of its distance to the corners; 1 if motion or a touch shows the side; −1 if nothing is known.
         double plausibility = 0.0;
     };
     // `vertex`: of the cell, or where an edge from it enters ω.
@@ -68,8 +68,8 @@ private:
 
     [[nodiscard]] bool knows(std::uint32_t sample) const { return sample < places_.size() && !places_[sample].outwards.isZero(); }
     void fit_normal(std::uint32_t sample);
-    // The plane through the origin that most of those points lie near.
-    [[nodiscard]] Vector plane_of_most(std::span<const Vector> neighbors, const Vector& outwards) const;
+    // The plane through the origin that most of those points, with those normals of their own, lie near.
+    [[nodiscard]] Vector plane_of_most(std::span<const Vector> neighbors, std::span<const Vector> normals, const Vector& outwards) const;
     void block(std::uint32_t sample, const Point& x);
     void note_contradiction(const FacetView&) override {}
 
@@ -79,7 +79,8 @@ private:
     std::vector<std::uint32_t> doubted_;
     std::vector<std::uint32_t> ring_;      // scratch
     std::vector<std::uint32_t> adjacent_;  // scratch
-    std::vector<Vector> neighbors_;        // scratch
+    std::vector<Vector> neighbors_;        // scratch: where they are, from the sample
+    std::vector<Vector> normals_;          // scratch: theirs
 };
 
 }  // namespace palpate

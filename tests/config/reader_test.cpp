@@ -157,8 +157,8 @@ TEST_F(Reader, RefusesSeedsThatAreNotWholeNumbers) {
 TEST_F(Reader, RefusesUnknownKeysAndSuggestsNearOnes) {
     EXPECT_EQ(
         complaint("probing:\n  epsilom: 0.25\n"),
-        "s.yaml:2: probing.epsilom: unknown key; did you mean \"epsilon\"?; allowed: epsilon, reach, strategy, standoff, audit, seed_rays, "
-        "refinement_floor, sizing, min_angle, budget");
+        "s.yaml:2: probing.epsilom: unknown key; did you mean \"epsilon\"?; allowed: epsilon, reach, strategy, standoff, trust, audit, "
+        "seed_rays, refinement_floor, sizing, min_angle, budget");
     EXPECT_EQ(complaint(kProbing + "colour: red\n"),
               "s.yaml:2: colour: unknown key; allowed: object, machine, workspace, probing, random_seed");
     EXPECT_EQ(complaint(kProbing + "workspace: {ball: {centre: [0, 0, 0], radius: 1}}"),
@@ -252,9 +252,9 @@ TEST_F(Reader, RefusesOtherTypes) {
 }
 
 TEST_F(Reader, ProposesTheWordThatWasMeant) {
-    EXPECT_EQ(
-        complaint("probing: {epsilon: 1, strategy: {infer: adaptiv}}"),
-        "s.yaml:1: probing.strategy.infer: adaptiv is not one of the words; did you mean \"adaptive\"?; allowed: none, reach, adaptive");
+    EXPECT_EQ(complaint("probing: {epsilon: 1, strategy: {infer: adaptiv}}"),
+              "s.yaml:1: probing.strategy.infer: adaptiv is not one of the words; did you mean \"adaptive\"?; allowed: none, reach, "
+              "adaptive, auto");
     EXPECT_EQ(
         complaint("probing: {epsilon: 1, strategy: thesiss}"),
         "s.yaml:1: probing.strategy: thesiss is not one of the words; did you mean \"thesis\"?; allowed: default, thesis, adaptive, or "
@@ -262,7 +262,7 @@ TEST_F(Reader, ProposesTheWordThatWasMeant) {
     EXPECT_EQ(complaint(kProbing + "object: {mesh: a.off, repair: True}"),
               "s.yaml:2: object.repair: True is not one of the words; did you mean \"true\"?; allowed: false, true");
     EXPECT_EQ(complaint("probing: {epsilon: 1, strategy: {infer: [adaptive]}}"),
-              "s.yaml:1: probing.strategy.infer: a list is not one of the words; allowed: none, reach, adaptive");
+              "s.yaml:1: probing.strategy.infer: a list is not one of the words; allowed: none, reach, adaptive, auto");
 }
 
 // Lengths whose squares no double holds have made an endless search of a workspace.

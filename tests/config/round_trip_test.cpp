@@ -111,7 +111,8 @@ TEST(Writer, SpellsOutEveryDefaultInAFixedOrder) {
               "object:\n  mesh: \"" + (folder.path() / "part.off").string() +
                   "\"\n  scale: 1\n  at: [0, 0, 0]\n  rotate: [0, 0, 0]\n  repair: true\nworkspace: auto\nprobing:\n  epsilon: 0.25\n  "
                   "reach: null\n"
-                  "  strategy: {refine: eager, explore: closure, infer: reach, travel: free_space}\n  standoff: null\n  audit: 0.02\n"
+                  "  strategy: {refine: eager, explore: closure, infer: auto, travel: free_space}\n  standoff: null\n  trust: 0.01\n  "
+                  "audit: 0.01\n"
                   "  seed_rays: []\n  refinement_floor: 0.125\n  sizing:\n    regions: []\n    radii_of_curvature: 0\n    smallest: null\n"
                   "  min_angle: 0\n  budget: {probes: null, displacement: null, machine_time: null}\nrandom_seed: 1\n");
 }
@@ -166,7 +167,7 @@ workspace: {box: {min: [0, 0, 0], max: [1, 1, 0.5]}}
 probing:
   epsilon: 0.1
   reach: null
-  strategy: {refine: eager, explore: closure, infer: reach, travel: free_space}
+  strategy: {refine: eager, explore: closure, infer: auto, travel: free_space}
 )");
     EXPECT_EQ(text.substr(text.find("  seed_rays:"), text.find("    radii_of_curvature:") - text.find("  seed_rays:")), R"(  seed_rays:
     - {from: [0, 0, 4], to: [0, 0, 0]}

@@ -25,7 +25,7 @@ TEST(StrategyNames, EveryCombinationReadsBackFromItsOwnName) {
             }
         }
     }
-    EXPECT_EQ(names.size(), 24U);
+    EXPECT_EQ(names.size(), 32U);
     EXPECT_TRUE(names.contains("thesis"));
     EXPECT_TRUE(names.contains("adaptive"));
     EXPECT_TRUE(names.contains("default"));
@@ -40,6 +40,7 @@ TEST(StrategyNames, WordsFollowTheEnumerators) {
     EXPECT_EQ(to_word(Strategy::Infer::none), "none");
     EXPECT_EQ(to_word(Strategy::Infer::reach), "reach");
     EXPECT_EQ(to_word(Strategy::Infer::adaptive), "adaptive");
+    EXPECT_EQ(to_word(Strategy::Infer::automatic), "auto");
     EXPECT_EQ(to_word(Strategy::Travel::voronoi), "voronoi");
     EXPECT_EQ(to_word(Strategy::Travel::free_space), "free_space");
 }
@@ -49,8 +50,9 @@ TEST(StrategyNames, KnowsTheNamedStrategiesAndLongForms) {
     EXPECT_EQ(parse_strategy("default"), Strategy{});
     EXPECT_EQ(parse_strategy("exhaustive+exhaustive+none+voronoi"), Strategy::thesis());
     EXPECT_EQ(parse_strategy("eager+closure"), Strategy{});
-    EXPECT_EQ(parse_strategy("eager+closure+reach"), Strategy{});
-    EXPECT_EQ(parse_strategy("eager+closure+reach+free_space"), Strategy{});
+    EXPECT_EQ(parse_strategy("eager+closure+auto"), Strategy{});
+    EXPECT_EQ(parse_strategy("eager+closure+reach").infer, Strategy::Infer::reach);
+    EXPECT_EQ(parse_strategy("eager+closure+auto+free_space"), Strategy{});
     EXPECT_EQ(parse_strategy("eager+exhaustive+none"),
               (Strategy{Strategy::Refine::eager, Strategy::Explore::exhaustive, Strategy::Infer::none, Strategy::Travel::free_space}));
 }
@@ -77,7 +79,7 @@ TEST(StrategyNames, RefusesEverythingElseAndListsWhatIsAllowed) {
             EXPECT_EQ(std::string(error.what()),
                       "unknown strategy '" + name + "'" + proposal +
                           "; allowed: default, thesis, adaptive, or refine+explore[+infer[+travel]] with refine exhaustive|eager, "
-                          "explore exhaustive|closure, infer none|reach|adaptive, travel voronoi|free_space");
+                          "explore exhaustive|closure, infer none|reach|adaptive|auto, travel voronoi|free_space");
         }
     }
 }

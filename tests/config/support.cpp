@@ -196,7 +196,7 @@ public:
                 m.datum_tolerance_mm.value_or(0), std::uint64_t(m.probe_proof));
     }
     void add(const Options& o) {
-        add_all(o.epsilon, std::uint64_t{o.reach.has_value()}, o.reach.value_or(0.0), o.refinement_floor, o.audit, o.random_seed,
+        add_all(o.epsilon, std::uint64_t{o.reach.has_value()}, o.reach.value_or(0.0), o.refinement_floor, o.trust, o.audit, o.random_seed,
                 std::uint64_t{o.standoff.has_value()}, o.standoff.value_or(0.0));
         for (const int word : {static_cast<int>(o.strategy.refine), static_cast<int>(o.strategy.explore),
                                static_cast<int>(o.strategy.infer), static_cast<int>(o.strategy.travel)}) {

@@ -22,7 +22,7 @@ Options torus_options(const Strategy& strategy) {
     Options options;
     options.epsilon = 0.1;
     options.strategy = strategy;
-    if (strategy.infer == Strategy::Infer::reach) options.reach = 0.4;
+    if (strategy.infer == Strategy::Infer::automatic) options.reach = 0.4;
     return options;
 }
 
@@ -74,7 +74,7 @@ TEST_P(Refined, WhereTheSurfaceBends) {
     Options options;
     options.epsilon = 0.15;
     options.strategy = GetParam();
-    if (options.strategy.infer == Strategy::Infer::reach) options.reach = 0.125;
+    if (options.strategy.infer == Strategy::Infer::automatic) options.reach = 0.125;
     options.sizing.radii_of_curvature = 0.35;
     const FinishedRun run(tips, options);
     expect_right_result(run);

@@ -62,7 +62,7 @@ struct RoughRun {
         options.epsilon = epsilon;
         options.strategy = strategy;
         options.seed_rays = subject.seed_rays;
-        if (strategy.infer == Strategy::Infer::reach) options.reach = object.reach();
+        if (strategy.infer == Strategy::Infer::automatic) options.reach = object.reach();
         DeviceOracle oracle(device, {.touch_error = 2 * kResolution_mm, .retract = retract, .overtravel = {}, .rates = {}});
         result = probe_surface(oracle, subject.workspace, options);
     }

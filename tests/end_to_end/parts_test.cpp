@@ -1,15 +1,11 @@
 // Thin, sharp and planar parts: a right mesh, or one that names what it leaves out or could not do.
-#include <unistd.h>
-
-#include <filesystem>
-#include <fstream>
-
 #include "planner/errors.h"
 #include "planner/loop/effort.h"
 #include "sim/region_fit.h"
+#include "tests/end_to_end/part_meshes.h"
 #include "tests/end_to_end/random_parts.h"
 #include "tests/end_to_end/subjects.h"
-#include "tests/off_text.h"
+#include "tests/end_to_end/temporary_mesh.h"
 #include "tests/random.h"
 
 namespace palpate {
@@ -18,7 +14,7 @@ namespace {
 std::vector<Strategy> four_strategies() {
     return {Strategy::thesis(),
             {Strategy::Refine::eager, Strategy::Explore::exhaustive, Strategy::Infer::none, Strategy::Travel::voronoi},
-            Strategy{},
+            {.infer = Strategy::Infer::none},
             Strategy::adaptive()};
 }
 
@@ -52,25 +48,9 @@ void expect_right_or_named(const FinishedRun& run, bool is_fine) {
 
 // --- parts at random -------------------------------------------------------------------------------------------------
 
-// A mesh is given by its file.
-class TemporaryFile {
-public:
-    TemporaryFile(const TriangleMesh& mesh, const std::string& name)
-        : path_(std::filesystem::temp_directory_path() / (name + std::to_string(::getpid()) + ".off")) {
-        std::ofstream(path_) << off_text(mesh);
-    }
-    TemporaryFile(const TemporaryFile&) = delete;
-    TemporaryFile& operator=(const TemporaryFile&) = delete;
-    ~TemporaryFile() { std::filesystem::remove(path_); }
-    [[nodiscard]] const std::filesystem::path& path() const { return path_; }
-
-private:
-    std::filesystem::path path_;
-};
-
 void run_part(std::uint64_t seed, const std::vector<double>& factors, const std::vector<Strategy>& strategies) {
     const RandomPart part = random_part(seed);
-    const TemporaryFile file(part.mesh, "part" + std::to_string(seed) + "_");
+    const TemporaryMesh file(part.mesh, "part" + std::to_string(seed) + "_");
     const MeshSpec object{file.path()};
     const Subject subject{part.kind, object, fitting_workspace(HiddenObject(object)), {}, part.seed_rays};
     for (const double factor : factors) {
@@ -131,7 +111,7 @@ TEST_P(Cases, ASharpEdgeEndsClosedAtEveryEpsilon) {
 }
 
 TEST_P(Cases, ACubeWithAReflexCorner) {
-    const TemporaryFile file(cut_cube(40), "cut_cube");
+    const TemporaryMesh file(cut_cube(40), "cut_cube");
     const MeshSpec object{file.path()};
     const FinishedRun run(Subject{"cut cube", object, fitting_workspace(HiddenObject(object)), {}, {}}, 1.73, GetParam());
     expect_right_result(run);

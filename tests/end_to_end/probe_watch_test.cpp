@@ -79,7 +79,7 @@ struct Rig {
           oracle(machine) {
         options.epsilon = strategy.infer == Strategy::Infer::none ? 2 : 1;
         options.strategy = strategy;
-        if (strategy.infer == Strategy::Infer::reach) options.reach = kRadius;
+        if (strategy.infer == Strategy::Infer::automatic) options.reach = kRadius;
     }
     void run() { result = probe_surface(oracle, Region(Ball{Point::Zero(), 7}), options); }
 
@@ -161,7 +161,7 @@ TEST(ProbeWatch, AProbeThatDiesAtAnyMomentIsNoticedBeforeItCostsMore) {
             silences += std::to_string(silence) + (is_expected ? " " : "! ");
         }
         // Where a bound shows where S is, next to every contact is expected.
-        if (strategy.infer == Strategy::Infer::reach) {
+        if (strategy.infer == Strategy::Infer::automatic) {
             EXPECT_GE(expected, kMoments * 3 / 4) << silences;
         }
     }

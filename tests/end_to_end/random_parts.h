@@ -18,8 +18,6 @@ struct RandomPart {
     double epsilon = 0.0;            // mm: the middle one of those that it is to be probed with
 };
 
-// A cube with a corner at the origin, without the eighth that is farthest from it.
-[[nodiscard]] TriangleMesh cut_cube(double side);
 // Same seed, same part. The kinds take turns.
 [[nodiscard]] RandomPart random_part(std::uint64_t seed);
 

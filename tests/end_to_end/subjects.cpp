@@ -106,7 +106,7 @@ void expect_right_result(const FinishedRun& run) {
     EXPECT_LE(r.max_ball_radius, run.options().epsilon);
     EXPECT_EQ(run.device().unsafe_moves(), 0U);
     EXPECT_NEAR(run.device().distance(), r.cost.displacement(), 1e-9 * r.cost.displacement());
-    if (r.certificate.status != Certificate::Status::refuted && run.options().strategy.infer != Strategy::Infer::adaptive) {
+    if (r.certificate.status != Certificate::Status::refuted && run.options().inference() != Strategy::Infer::adaptive) {
         EXPECT_EQ(run.wrong_inferences(), 0U);
     }
     EXPECT_NE(r.certificate.status, Certificate::Status::incomplete);
@@ -141,7 +141,7 @@ void expect_true_records(const FinishedRun& run) {
     const MaintainedDelaunay& state = run.space().delaunay();
     const double tolerance = 1e-9 * run.object().scale();
     const bool exhaustive = run.options().strategy.explore == Strategy::Explore::exhaustive;
-    const bool guesses = run.options().strategy.infer == Strategy::Infer::adaptive;  // its inferences are a heuristic's
+    const bool guesses = run.options().inference() == Strategy::Infer::adaptive;  // its inferences are a heuristic's
     std::size_t checked = 0;
     std::size_t wrong = 0;
     for (CellId cell = 0; cell < state.cell_slots(); ++cell) {
@@ -175,7 +175,7 @@ void expect_true_records(const FinishedRun& run) {
         }
     }
     EXPECT_EQ(wrong, 0U) << "of " << checked;
-    EXPECT_GT(checked, run.result().samples);
+    EXPECT_GT(2 * checked, run.result().samples) << "too few ends of edges are free to see anything";
 }
 
 std::string strategy_name(const Strategy& strategy) {

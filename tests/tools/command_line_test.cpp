@@ -215,12 +215,12 @@ TEST_F(CommandLine, SummaryKeepsItsContract) {
     const auto summary = nlohmann::json::parse(read("s/summary.json"));
     const auto contract = nlohmann::json::parse(R"({"schema": 1, "program": {"name": "", "version": ""},
         "configuration": {"digest": ""}, "object": {"shape": ""}, "complete": true, "samples": 0, "facets": 0, "components": 0, "euler_characteristic": 0,
-        "boundary_edges": 0, "nonmanifold_edges": 0, "epsilon": 0.0, "max_ball_radius": 0.0,
-        "probes": {"total": 0, "contact": 0, "clear": 0, "inferred_contact": 0, "inferred_clear": 0, "seed": 0},
+        "boundary_edges": 0, "nonmanifold_edges": 0, "epsilon": 0.0, "max_ball_radius": 0.0, "max_plausible_ball_radius": 0.0,
+        "probes": {"total": 0, "contact": 0, "clear": 0, "inferred_contact": 0, "plausible_contact": 0, "inferred_clear": 0, "seed": 0},
         "displacement": {"total": 0.0, "travel": 0.0, "probing": 0.0}, "lower_bounds": {"samples": 0, "displacement": 0.0},
         "certificate": {"status": "", "premises": [{"name": "", "state": "", "detail": ""}]},
         "time": {"planner": 0.0, "oracle": 0.0, "machine_estimate": 0.0},
-        "truth": {"hausdorff": 0.0, "mean_distance": 0.0, "euler_characteristic": 0, "wrong_inferences": 0, "unsafe_moves": 0}})");
+        "truth": {"hausdorff": 0.0, "mean_distance": 0.0, "euler_characteristic": 0, "wrong_facets": 0, "flipped_facets": 0, "wrong_inferences": 0, "unsafe_moves": 0}})");
     const auto flat = contract.flatten();
     for (const auto& [pointer, value] : flat.items()) {
         const nlohmann::json::json_pointer key(pointer);
@@ -387,6 +387,32 @@ TEST_F(CommandLine, BenchWritesErrorsBeforeTheEnd) {
     EXPECT_EQ(palpate("bench torus.yaml --anytime -o any").exit_code, 2) << "nothing is replaced";
 }
 
+TEST_F(CommandLine, BenchTellsHowOftenPlausibleFacetsAreWrong) {
+    write_torus(0.2);
+    const Outcome outcome = palpate("bench torus.yaml --strategy adaptive --reliability -o r");
+    ASSERT_EQ(outcome.exit_code, 0) << outcome.err;
+    std::istringstream csv(read("r.csv"));
+    std::string line;
+    std::getline(csv, line);
+    EXPECT_EQ(line, "from,to,facets,stated,wrong,flips");
+    std::uint64_t facets = 0;
+    while (std::getline(csv, line)) {
+        std::vector<double> fields;
+        std::istringstream stream(line);
+        for (std::string field; std::getline(stream, field, ',');) fields.push_back(std::stod(field));
+        ASSERT_EQ(fields.size(), 6U) << line;
+        EXPECT_LE(fields[0], fields[3]);
+        EXPECT_LE(fields[3], fields[1]);
+        EXPECT_LE(fields[4] + fields[5], fields[2]);
+        facets += static_cast<std::uint64_t>(fields[2]);
+    }
+    ASSERT_EQ(palpate("simulate torus.yaml --set probing.strategy=adaptive -o s --no-picture").exit_code, 0);
+    EXPECT_EQ(nlohmann::json::parse(read("s/summary.json")).at("probes").at("plausible_contact"), facets);
+    EXPECT_THAT(read("r.svg"), HasSubstr("</svg>"));
+    EXPECT_EQ(palpate("bench torus.yaml --strategy thesis --reliability -o none").exit_code, 2) << "nothing is plausible only";
+    EXPECT_EQ(palpate("bench torus.yaml --anytime --reliability -o both").exit_code, 2);
+}
+
 TEST_F(CommandLine, BenchReplacesNothingUnlessForced) {
     write_torus(0.3);
     write("mine.csv", "precious");
@@ -442,7 +468,8 @@ TEST_F(CommandLine, AComponentThatIsOnlyTouchedIsFoundAsWell) {
           "object: {shape: {union: {parts: [{rounded_box: {size: [1, 1, 1], fillet: 0}}, {rounded_box: {size: [1, 1, 1], fillet: 0}, at: "
           "[3, 0, 0]}]}}}\n"
           "probing: {epsilon: 0.3}\n");
-    const Outcome outcome = palpate("simulate two.yaml -o two");
+    // Only walks come by the other one.
+    const Outcome outcome = palpate("simulate two.yaml --set probing.strategy=eager+closure+none -o two");
     EXPECT_EQ(outcome.exit_code, 0) << outcome.out;
     EXPECT_EQ(nlohmann::json::parse(read("two/summary.json")).at("components"), 2);
 }

@@ -129,7 +129,7 @@ TEST_F(ByHand, ASessionAtATerminalBeginsOnceTheProbeWasSeenToCloseAndToOpen) {
     TypedAt terminal(folder_, {"probe", "part.yaml", "-o", "part"});
     ASSERT_TRUE(terminal.wait_for("let the machine move: ")) << terminal.said;
     terminal.type("yes\n");
-    ASSERT_TRUE(terminal.wait_for("Press the probe by hand")) << terminal.said;
+    ASSERT_TRUE(terminal.wait_for("(Enter: stop): ")) << terminal.said;
     machine_->send(SIGUSR1);
     ASSERT_TRUE(terminal.wait_for("it opened: it works")) << terminal.said;
     EXPECT_EQ(terminal.wait(), 0) << terminal.said;
@@ -140,7 +140,7 @@ TEST_F(ByHand, NothingMovesWithoutThat) {
     TypedAt terminal(folder_, {"probe", "part.yaml", "-o", "part"});
     ASSERT_TRUE(terminal.wait_for("let the machine move: ")) << terminal.said;
     terminal.type("yes\n");
-    ASSERT_TRUE(terminal.wait_for("Press the probe by hand")) << terminal.said;
+    ASSERT_TRUE(terminal.wait_for("(Enter: stop): ")) << terminal.said;
     terminal.type("\n");
     EXPECT_EQ(terminal.wait(), 3);
     EXPECT_THAT(terminal.said, HasSubstr("the probe was not seen to close and to open; nothing has moved"));
@@ -150,7 +150,7 @@ TEST_F(ByHand, NothingMovesWithoutThat) {
 TEST_F(ByHand, CheckAsksForItToo) {
     for (const bool presses : {true, false}) {
         TypedAt terminal(folder_, {"check", "part.yaml"});
-        ASSERT_TRUE(terminal.wait_for("Press the probe by hand")) << terminal.said;
+        ASSERT_TRUE(terminal.wait_for("(Enter: go on without): ")) << terminal.said;
         presses ? machine_->send(SIGUSR1) : terminal.type("\n");
         EXPECT_EQ(terminal.wait(), presses ? 0 : 2) << terminal.said;
         EXPECT_THAT(terminal.said, HasSubstr(presses ? "probe works: yes" : "probe works: not shown"));

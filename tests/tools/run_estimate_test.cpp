@@ -52,7 +52,7 @@ double share_within_a_third(const std::vector<Said>& all) {
 
 TEST(RunEstimate, OfTheTimeThatIsLeftIsMostlyRightFromHalfOn) {
     EXPECT_GT(share_within_a_third(said_during("torus", {"probing.epsilon=0.03"})), 0.7);
-    EXPECT_GT(share_within_a_third(said_during("bunny", {"probing.epsilon=0.3", "probing.strategy=default"})), 0.7);
+    EXPECT_GT(share_within_a_third(said_during("bunny", {"probing.epsilon=0.3", "probing.strategy={infer: none}"})), 0.7);
 }
 
 TEST(RunEstimate, IsThereFromATenthOn) {
@@ -60,7 +60,7 @@ TEST(RunEstimate, IsThereFromATenthOn) {
     for (const Said& said : all) {
         EXPECT_GE(said.fraction, 0);
         EXPECT_LT(said.fraction, 1);
-        if (5 * said.at > all.back().at) {
+        if (5 * said.at > all.back().at && said.at != all.back().at) {
             EXPECT_GT(said.left.count(), 0) << said.at.count();
         }
     }

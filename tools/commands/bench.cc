@@ -12,6 +12,7 @@
 #include "tools/anytime.h"
 #include "tools/commands/commands.h"
 #include "tools/hindsight.h"
+#include "tools/reliability.h"
 #include "tools/session_files.h"
 
 namespace palpate {
@@ -23,7 +24,8 @@ ExitCode run(const BenchCommand& command, Output& output) {
     for (const std::string& name : command.strategies) strategies.push_back(parse_strategy(name));
     // All that can fail without a run fails before the first.
     const std::filesystem::path csv = command.output.string() + ".csv";
-    const std::filesystem::path other = command.output.string() + (command.anytime ? ".svg" : ".json");
+    const std::filesystem::path other = command.output.string() + (command.anytime || command.reliability ? ".svg" : ".json");
+    if (command.anytime && command.reliability) throw SetupError("bench: give --anytime or --reliability, not both");
     if (command.anytime && command.configs.size() != 1) throw SetupError("bench --anytime draws one plot: give one configuration");
     for (const auto& file : {csv, other}) {
         if (!command.force && std::filesystem::exists(file)) {
@@ -67,9 +69,17 @@ ExitCode run(const BenchCommand& command, Output& output) {
             codes.push_back(exit_code_of(rows.back().run.result));
         }
     }
-    out << bench_table(rows, output.columns);
-    write_file(csv, bench_csv(rows));
-    write_file(other, bench_json(rows));
+    if (command.reliability) {
+        const std::vector<ReliabilityBin> bins = measure_reliability(rows);
+        if (bins.empty()) throw SetupError("bench --reliability: no strategy left facets that are plausible only: name adaptive");
+        out << reliability_table(bins);
+        write_file(csv, reliability_csv(bins));
+        write_file(other, reliability_svg(bins));
+    } else {
+        out << bench_table(rows, output.columns);
+        write_file(csv, bench_csv(rows));
+        write_file(other, bench_json(rows));
+    }
     for (const ExitCode worst : {ExitCode::incomplete, ExitCode::refuted}) {
         if (std::ranges::find(codes, worst) != codes.end()) return worst;
     }

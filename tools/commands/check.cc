@@ -74,6 +74,18 @@ ExitCode check_machine(const CheckCommand& command, const SessionConfig& config,
     return good ? ExitCode::done : ExitCode::usage;
 }
 
+// What is concluded without a touch.
+const char* inference_text(Strategy::Infer infer) {
+    switch (infer) {
+        case Strategy::Infer::none:
+            return "nothing";
+        case Strategy::Infer::reach:
+            return "what the given reach proves";
+        default:
+            return "what the samples around make plausible, which is no proof";
+    }
+}
+
 }  // namespace
 
 ExitCode run(const CheckCommand& command, Output& output) {
@@ -94,7 +106,7 @@ ExitCode run(const CheckCommand& command, Output& output) {
         << "epsilon        " << probing.epsilon << " mm; a guarantee of topology needs a reach of at least "
         << probing.epsilon / kMaxEpsilonPerReach << " mm, "
         << (probing.reach ? fmt::format("given: {:f} mm", *probing.reach) : "none given") << '\n'
-        << "strategy       " << to_string(probing.strategy) << '\n'
+        << "strategy       " << to_string(probing.strategy) << "; infers " << inference_text(probing.inference()) << '\n'
         << "seeds          "
         << (probing.seed_rays.empty() ? "rays towards the centre of the workspace"
                                       : fmt::format("{} seed ray(s)", probing.seed_rays.size()))

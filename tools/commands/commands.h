@@ -83,8 +83,9 @@ struct BenchCommand {
     std::vector<std::string> strategies;
     std::filesystem::path output;  // without extension
     std::vector<std::string> overrides;
-    bool force = false;    // replace output that is there
-    bool anytime = false;  // errors before the end instead of the table
+    bool force = false;        // replace output that is there
+    bool anytime = false;      // errors before the end instead of the table
+    bool reliability = false;  // how often plausible facets are wrong instead of the table
 };
 
 // They throw what the parts throw.

@@ -24,9 +24,9 @@ bool is_proven_by_hand(ProbeProof proof, bool asks) { return proof == ProbeProof
 bool see_probe_pressed(Machine& machine, const char* enter, Console& console, StopSignals& signals) {
     const std::optional<Terminal> terminal = Terminal::of_process();
     const auto say = [&](const std::string& text) { terminal ? terminal->say(text, signals) : console.write(text); };
-    say(fmt::format("Press the probe by hand and let it go, so that it is seen to work{}: ",
-                    terminal ? fmt::format(" (Enter: {})", enter) : std::string()));
-    if (terminal) terminal->discard_input();
+    const std::string question = fmt::format("Press the probe by hand and let it go, so that it is seen to work{}: ",
+                                             terminal ? fmt::format(" (Enter: {})", enter) : std::string());
+    terminal ? terminal->pose(question, signals) : console.write(question);
     const auto until = std::chrono::steady_clock::now() + kPatience;
     bool has_closed = false;
     while (std::chrono::steady_clock::now() < until && !signals.token().stop_requested()) {

@@ -47,13 +47,14 @@ void Terminal::say(std::string_view text, StopSignals& signals) const {
     }
 }
 
-void Terminal::discard_input() const { (void)::tcflush(file_, TCIFLUSH); }
+void Terminal::pose(std::string_view question, StopSignals& signals) const {
+    say(question.substr(0, question.size() - 1), signals);
+    (void)::tcflush(file_, TCIFLUSH);
+    say(question.substr(question.size() - 1), signals);
+}
 
 std::string Terminal::ask(std::string_view question, StopSignals& signals) const {
-    // What was typed blindly on a terminal that is held is no answer either: all but the end of the question is out first.
-    say(question.substr(0, question.size() - 1), signals);
-    discard_input();
-    say(question.substr(question.size() - 1), signals);
+    pose(question, signals);
     std::string line;
     while (!signals.token().stop_requested()) {
         if (signals.token().pause_requested()) {

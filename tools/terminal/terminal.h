@@ -22,11 +22,11 @@ public:
 
     // Waits for a terminal that is held, until a stop.
     void say(std::string_view text, StopSignals& signals) const;
-    // What is typed after the question, without the end of its line, or what of it came before the end of the file or a stop. What was
-    // typed before is dropped. After a pause the question is asked again.
+    // Says it. What was typed before its last character is out, blindly on a terminal that is held, is no answer and dropped.
+    void pose(std::string_view question, StopSignals& signals) const;
+    // What is typed after the question, without the end of its line, or what of it came before the end of the file or a stop. After a
+    // pause the question is asked again.
     [[nodiscard]] std::string ask(std::string_view question, StopSignals& signals) const;
-    // What was typed so far is no answer to anything.
-    void discard_input() const;
     // Waits so long. True if something was entered.
     [[nodiscard]] bool is_line_entered(std::chrono::milliseconds patience) const;
 

@@ -60,7 +60,7 @@ TEST(SurfaceGrowth, AuditsCountWhatTheOracleSaw) {
         // A probe that met S in a gap that had been inferred: nothing but an audit does.
         std::size_t audits = 0;
         std::size_t seen = seeded.oracle.probes.size();
-        while (growing.step()) {
+        while (growing.step() || growing.growth().begin_audit()) {
             const std::vector<Segment>& gaps = growing.inferred;
             for (; seen < seeded.oracle.probes.size(); ++seen) {
                 const Segment& probe = seeded.oracle.probes[seen];
@@ -72,7 +72,8 @@ TEST(SurfaceGrowth, AuditsCountWhatTheOracleSaw) {
             ASSERT_EQ(growing.growth().evidence().audited, audits);
         }
         EXPECT_GT(audits, share < 1 ? 20U : 200U);
-        EXPECT_LE(audits, AdvancingFront::kAuditEnough);
+        EXPECT_LE(audits, Audit::kEnough);
+        EXPECT_EQ(growing.growth().evidence().audit_barred, 0U);
         EXPECT_EQ(growing.growth().evidence().audited_wrong, 0U) << "the bound is true";
         EXPECT_TRUE(seeded.topology().is_closed_oriented_manifold());
     }

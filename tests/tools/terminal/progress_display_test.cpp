@@ -16,7 +16,7 @@ namespace {
 using std::chrono::milliseconds;
 using std::chrono::nanoseconds;
 
-const Progress kHalf{1234, 5678, 0.5214, 0.25, 37, 0.5};
+const Progress kHalf{1234, 5678, 0.5214, 0.25, 37, 0, 0, 0.5};
 
 class Display : public testing::Test {
 protected:
