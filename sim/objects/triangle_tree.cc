@@ -77,6 +77,28 @@ std::optional<double> parameter(const Kernel::Segment_3& s, const Kernel::Triang
     return std::nullopt;
 }
 
+// Where the segment enters the box, if it does so by the parameter `latest`. Never misses one: differences and quotients of doubles have
+// relative errors of 1e-16, so all parameters that matter, between 0 and 1, are known to a few times that.
+std::optional<double> entry_of(const Point& source, const Vector& way, double latest, const Point& min, const Point& max) {
+    constexpr double kSlack = 1e-14;
+    double enter = 0.0;
+    double leave = latest;
+    for (int i = 0; i < 3; ++i) {
+        const double low = min[i] - source[i];
+        const double high = max[i] - source[i];
+        if (way[i] == 0.0) {
+            if (low > 0.0 || high < 0.0) return std::nullopt;
+            continue;
+        }
+        const double a = low / way[i];
+        const double b = high / way[i];
+        enter = std::max(enter, std::min(a, b));
+        leave = std::min(leave, std::max(a, b));
+    }
+    if (enter > leave + kSlack) return std::nullopt;
+    return enter;
+}
+
 // What CGAL's tree traversal calls back: collects parameters of hits, all of them or only the least.
 class Collector {
 public:
@@ -114,32 +136,54 @@ public:
     }
 
 private:
-    // Where the segment enters the box, if it does so before the first hit so far. Never misses one: differences and quotients of doubles
-    // have relative errors of 1e-16, so all parameters that matter, between 0 and 1, are known to a few times that.
     [[nodiscard]] std::optional<double> entry_into(const CGAL::Bbox_3& box) const {
-        constexpr double kSlack = 1e-14;
-        double enter = 0.0;
-        double leave = only_first_ && !hits_.empty() ? hits_.front() : 1.0;
-        for (int i = 0; i < 3; ++i) {
-            const double low = (box.min)(i)-source_[i];
-            const double high = (box.max)(i)-source_[i];
-            if (way_[i] == 0.0) {
-                if (low > 0.0 || high < 0.0) return std::nullopt;
-                continue;
-            }
-            const double a = low / way_[i];
-            const double b = high / way_[i];
-            enter = std::max(enter, std::min(a, b));
-            leave = std::min(leave, std::max(a, b));
-        }
-        if (enter > leave + kSlack) return std::nullopt;
-        return enter;
+        return entry_of(source_, way_, only_first_ && !hits_.empty() ? hits_.front() : 1.0, Point(box.xmin(), box.ymin(), box.zmin()),
+                        Point(box.xmax(), box.ymax(), box.zmax()));
     }
 
     bool only_first_;
     Point source_;
     Vector way_;
     std::vector<double> hits_;
+};
+
+// The same for a capsule that moves: only the first contact.
+class ContactFinder {
+public:
+    using Node = CGAL::AABB_node<Tree::AABB_traits>;
+    using Priority = double;
+
+    ContactFinder(const Capsule& capsule, const Segment& move)
+        : capsule_(capsule),
+          move_(move),
+          below_(capsule.core.cwiseMax(0.0) + Vector::Constant(capsule.radius * kRounding)),
+          above_((-capsule.core).cwiseMax(0.0) + Vector::Constant(capsule.radius * kRounding)) {}
+
+    [[nodiscard]] static bool go_further() { return true; }
+    void intersection(const Kernel::Segment_3&, const Primitive& primitive) {
+        const Kernel::Triangle_3& t = *primitive.id();
+        const auto at = palpate::first_contact({from_cgal(t[0]), from_cgal(t[1]), from_cgal(t[2])}, capsule_, move_);
+        if (at && (!first_ || *at < *first_)) first_ = at;
+    }
+    [[nodiscard]] std::pair<bool, Priority> do_intersect_with_priority(const Kernel::Segment_3&, const Node& node) const {
+        const CGAL::Bbox_3 box = node.bbox();
+        const auto entry = entry_of(move_.source, move_.target - move_.source, first_.value_or(1.0),
+                                    Point(box.xmin(), box.ymin(), box.zmin()) - below_, Point(box.xmax(), box.ymax(), box.zmax()) + above_);
+        return {entry.has_value(), entry ? -*entry : 0.0};
+    }
+    [[nodiscard]] bool do_intersect(const Kernel::Segment_3& s, const Node& node) const {
+        return do_intersect_with_priority(s, node).first;
+    }
+    [[nodiscard]] std::optional<double> first() const { return first_; }
+
+private:
+    static constexpr double kRounding = 1 + 1e-9;
+
+    const Capsule& capsule_;
+    const Segment& move_;
+    const Vector below_;  // what boxes grow by
+    const Vector above_;
+    std::optional<double> first_;
 };
 
 }  // namespace
@@ -200,6 +244,12 @@ std::vector<Point> TriangleTree::crossings(const Segment& segment) const {
         if (points.empty() || (p - points.back()).norm() > same) points.push_back(p);
     }
     return points;
+}
+
+std::optional<double> TriangleTree::first_contact(const Capsule& capsule, const Segment& move) const {
+    ContactFinder finder(capsule, move);
+    impl_->tree.traversal_with_priority(Kernel::Segment_3(to_cgal(move.source), to_cgal(move.target)), finder);
+    return finder.first();
 }
 
 Point TriangleTree::closest_point(const Point& p) const { return from_cgal(impl_->tree.closest_point(to_cgal(p))); }

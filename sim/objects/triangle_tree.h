@@ -6,6 +6,7 @@
 #include <vector>
 
 #include "planner/geometry.h"
+#include "sim/objects/capsule_contact.h"
 
 namespace palpate {
 
@@ -25,6 +26,9 @@ public:
     // All points where the segment meets triangles, in order; those equal to rounding (an edge or a vertex met) are one. Of a triangle in
     // whose plane the segment lies, only an end of the segment inside it counts: where the segment enters and leaves it, neighbours do.
     [[nodiscard]] std::vector<Point> crossings(const Segment& segment) const;
+
+    // Parameter in [0, 1] along the move at which the capsule first touches a triangle, as capsule_contact.h has it.
+    [[nodiscard]] std::optional<double> first_contact(const Capsule& capsule, const Segment& move) const;
 
     [[nodiscard]] Point closest_point(const Point& p) const;
 

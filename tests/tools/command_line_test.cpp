@@ -467,9 +467,9 @@ TEST_F(CommandLine, AComponentThatIsOnlyTouchedIsFoundAsWell) {
     write("two.yaml",
           "object: {shape: {union: {parts: [{rounded_box: {size: [1, 1, 1], fillet: 0}}, {rounded_box: {size: [1, 1, 1], fillet: 0}, at: "
           "[3, 0, 0]}]}}}\n"
-          "probing: {epsilon: 0.3}\n");
+          "probing: {epsilon: 0.3, strategy: {infer: none}}\n");
     // Only walks come by the other one.
-    const Outcome outcome = palpate("simulate two.yaml --set probing.strategy=eager+closure+none -o two");
+    const Outcome outcome = palpate("simulate two.yaml -o two");
     EXPECT_EQ(outcome.exit_code, 0) << outcome.out;
     EXPECT_EQ(nlohmann::json::parse(read("two/summary.json")).at("components"), 2);
 }

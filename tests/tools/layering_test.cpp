@@ -33,6 +33,7 @@ const std::map<std::string, std::set<std::string>> kMayInclude = {
     {"devices/session", {"devices", "devices/decorators", "planner"}},
     {"sim", {"sim/objects", "devices", "planner"}},
     {"sim/objects", {"planner"}},
+    {"sim/tool", {"sim/objects", "planner"}},
     {"sim/machines", {"sim", "sim/objects", "devices", "devices/modbus", "planner"}},
     {"config", {"sim/objects", "devices", "devices/modbus", "devices/posix", "devices/session", "planner"}},
     {"tools/terminal", {"devices", "devices/session", "planner"}},

@@ -45,7 +45,7 @@ int main() {
     const palpate::Region workspace(palpate::Ball{Point::Zero(), 1.5});  // the solid is in it, the tool starts outside
     palpate::Options options;
     options.epsilon = 0.08;           // mm: no ball around the mesh's triangles is larger
-    options.reach = 0.8 * 0.8 / 1.2;  // mm: the least radius of curvature; leave it out and take Strategy::adaptive() if you cannot know
+    options.reach = 0.8 * 0.8 / 1.2;  // mm: the least radius of curvature; leave it out if you cannot know
     const palpate::Result result = palpate::probe_surface(solid, workspace, options);
 
     std::printf("%zu samples, %zu triangles, %.0f mm of motion. %s\n", result.samples, result.mesh.triangles.size(),

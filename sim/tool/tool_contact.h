@@ -1,0 +1,44 @@
+// What a moving tool meets first: which of its parts, and whether the hidden part or a fixture. A simulator's secret: a machine only sees
+// that something was touched, and where the ball's centre was.
+#pragma once
+
+#include <optional>
+#include <vector>
+
+#include "planner/geometry.h"
+#include "sim/objects/triangle_tree.h"
+#include "sim/tool/tool_shape.h"
+
+namespace palpate {
+
+struct HalfSpace {
+    Point point = Point::Zero();      // on its boundary
+    Vector normal = Vector::UnitZ();  // unit, out of it
+};
+
+struct ToolContact {
+    enum class Part { ball, stylus, holder };
+    enum class Met { object, fixture };
+
+    double at = 0.0;  // parameter in [0, 1] along the move
+    Part part = Part::ball;
+    Met met = Met::object;
+};
+
+// Const queries may run at the same time on several threads.
+class ToolWorld {
+public:
+    // Solids by their boundaries: triangles of the object, half-spaces and boxes of the fixtures.
+    ToolWorld(const TriangleMesh& object, const std::vector<HalfSpace>& half_spaces, const std::vector<Box>& boxes);
+
+    // Nothing if the tool, whose reference point makes that move, meets nothing; at 0 if something is in the tool where it begins. What
+    // only touches it there, and is left, does not count. Of parts and bodies that are met at once the first named.
+    [[nodiscard]] std::optional<ToolContact> first_contact(const ToolShape& tool, const Segment& move) const;
+
+private:
+    TriangleTree object_;
+    std::vector<HalfSpace> half_spaces_;
+    std::optional<TriangleTree> boxes_;
+};
+
+}  // namespace palpate
