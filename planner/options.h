@@ -57,10 +57,10 @@ struct Options {
     std::optional<double> reach;  // mm, > 0: a lower bound on rch(S) that the user vouches for
     Strategy strategy;
     std::optional<double> standoff;  // mm, > 0: how far above S a probe starts where that is proven free; none: half of epsilon
-    double trust = 0.01;             // share, in [0, 1], of the plausible facets that may be wrong; 0: all that is not proven is touched
-    double audit = 0.01;             // share, in [0, 1], of the inferred facets that are touched anyway (planner/loop/audit.h)
-    std::uint64_t random_seed = 1;   // of the choice of audited facets
-    std::vector<Segment> seed_rays;  // one per component at least; empty: rays from the workspace towards its centre
+    double trust = 0.01;            // in [0, 1]: a plausible facet that is 8 times as likely wrong is touched; 0: all that is not proven is
+    double audit = 0.01;            // share, in [0, 1], of the inferred facets that are touched anyway (planner/loop/audit.h)
+    std::uint64_t random_seed = 1;  // of the choice of audited facets
+    std::vector<Segment> seed_rays;       // one per component at least; empty: rays from the workspace towards its centre
     double refinement_floor = 1.0 / 8.0;  // of epsilon, in (0, 1]: the extra refinement of planner/DESIGN.md, "Repair" stops there
     Sizing sizing;
     double min_angle = 0.0;  // rad, in [0, π/6]: triangles with a smaller angle are refined, away from seeds (thesis 5.3)

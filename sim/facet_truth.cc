@@ -16,6 +16,10 @@ std::vector<FacetVerdict> judge_facets(const HiddenObject& object, const Triangl
     for (std::size_t t = 0; t < dual_edges.size(); ++t) {
         const Point& corner = mesh.points[mesh.triangles[t][0]];
         const auto& [source, target] = dual_edges[t];
+        if (source == target) {
+            verdicts.push_back(FacetVerdict::wrong);
+            continue;
+        }
         const Vector beyond = kFlip * epsilon * (target - source).normalized();
         const std::vector<Point> met = object.crossings({source - beyond, target + beyond});
         FacetVerdict verdict = FacetVerdict::wrong;

@@ -103,8 +103,10 @@ void describe(Archive& keys, Options& options) {
     keys.value({"standoff", "how far above the surface a probe starts where that is proven free; null: half of epsilon", Need::optional,
                 kMillimetres},
                options.standoff, kLengthOrNull);
-    keys.value({"trust", "share of the plausible facets that may be wrong; 0: whatever is not proven is touched"}, options.trust,
-               Number{kShareBounds});
+    keys.value({"trust",
+                "how likely a plausible facet may be wrong: one that is 8 times as likely wrong is touched, so that far fewer are on the "
+                "whole; 0: whatever is not proven is touched"},
+               options.trust, Number{kShareBounds});
     keys.value({"audit",
                 "share of the inferred facets that are touched anyway: 60 at least, but no more than 5 % of the samples, and at most 300; "
                 "0: none"},

@@ -249,7 +249,7 @@ std::optional<FrontTouch> AdvancingFront::touch_dual_edge(const FacetView& facet
     return touch;
 }
 
-std::optional<AdvancingFront::Place> AdvancingFront::best_place(const OpenEdge& edge) {
+std::optional<AdvancingFront::Place> AdvancingFront::best_place(const OpenEdge& edge, const std::optional<Crease>& crease) {
     const double epsilon = options_.epsilon;
     const double wanted = model_.inferable_radius(std::array{edge.a, edge.b, edge.c}, epsilon);
     // A longer edge has a larger circle.
@@ -259,7 +259,6 @@ std::optional<AdvancingFront::Place> AdvancingFront::best_place(const OpenEdge& 
     const Vector along = edge.up.cross(edge.ahead);
     const Flat centre(kAhead * epsilon, 0);
     flat_.clear();
-    const std::optional<Crease> crease = crease_ahead(edge);
     samples_.visit_near(edge.middle + centre.x() * edge.ahead, [&](std::uint32_t v) {
         Point p = state_.sample(v);
         if (crease && model_.has_clearance(v) && model_.normal(v).dot(model_.normal(crease->beyond)) > model_.normal(v).dot(edge.up)) {
@@ -304,7 +303,7 @@ std::optional<AdvancingFront::Crease> AdvancingFront::crease_ahead(const OpenEdg
     });
     if (!nearest) return std::nullopt;
     const auto fold = Fold::between(edge.middle, edge.up, state_.sample(*nearest), model_.normal(*nearest));
-    if (!fold || fold->past(edge.middle) > 0) return std::nullopt;
+    if (!fold) return std::nullopt;
     return Crease{*fold, *nearest};
 }
 
@@ -334,8 +333,7 @@ std::optional<FrontTouch> AdvancingFront::touch_along(const Point& place, const 
     return touch;
 }
 
-std::optional<FrontTouch> AdvancingFront::touch_at(const OpenEdge& edge, const Point& place) const {
-    const std::optional<Crease> crease = crease_ahead(edge);
+std::optional<FrontTouch> AdvancingFront::touch_at(const OpenEdge& edge, const std::optional<Crease>& crease, const Point& place) const {
     if (crease && crease->fold.past(place) > kPast * options_.epsilon) {
         const auto touch = touch_along(crease->fold.fold(place), model_.normal(crease->beyond), {crease->beyond, edge.a, edge.b});
         if (touch) return touch;
@@ -346,22 +344,23 @@ std::optional<FrontTouch> AdvancingFront::touch_at(const OpenEdge& edge, const P
     return touch;
 }
 
-std::optional<FrontTouch> AdvancingFront::touch_ahead(const OpenEdge& edge, const std::optional<Place>& place,
-                                                      const std::optional<FacetView>& ahead) {
+std::optional<FrontTouch> AdvancingFront::touch_ahead(const OpenEdge& edge, const std::optional<Crease>& crease,
+                                                      const std::optional<Place>& place, const std::optional<FacetView>& ahead) {
     std::optional<FrontTouch> touch;
     // By turns: what was touched and closed nothing is not touched again at once.
-    if (place && edge.attempts % 2 == 0) touch = touch_at(edge, place->at);
-    if (!touch && ahead) touch = touch_at(edge, ahead->line.origin);
+    if (place && edge.attempts % 2 == 0) touch = touch_at(edge, crease, place->at);
+    if (!touch && ahead) touch = touch_at(edge, crease, ahead->line.origin);
     if (!touch && ahead) touch = touch_dual_edge(*ahead);
     return touch;
 }
 
-std::optional<FrontTouch> AdvancingFront::touch_audited(const Task& task) const {
+std::optional<FrontTouch> AdvancingFront::touch_audited(const Task& task) {
     const auto e = state_.find_facet(task.samples[0], task.samples[1], task.samples[2]);
     const auto inferred = e ? state_.inferred(*e) : std::nullopt;
     if (!inferred) return std::nullopt;  // gone, or touched by now
     const auto view = model_.view(*inferred);
     auto touch = view ? touch_dual_edge(*view) : std::nullopt;
+    if (!touch) ++audits_barred_;
     if (touch) touch->audit = true;
     return touch;
 }
@@ -383,7 +382,8 @@ std::optional<FrontTouch> AdvancingFront::next(const Point& head) {
         if (infer_around()) continue;
         const std::optional<FacetView> ahead = facet_ahead(*edge);
         const bool in_doubt = ahead && ahead->line.circumradius <= options_.epsilon && edge->attempts < kDualAttempts;
-        const std::optional<Place> place = best_place(*edge);
+        const std::optional<Crease> crease = crease_ahead(*edge);
+        const std::optional<Place> place = best_place(*edge, crease);
         const double waits = in_doubt ? kDoubtWaits : std::max(0.0, kBonds - (place ? place->bonds : 0.0));
         // More samples around only make an edge wait longer, so that it is enough to look when its turn would come.
         if (waits * options_.epsilon > task->handicap) {
@@ -392,7 +392,7 @@ std::optional<FrontTouch> AdvancingFront::next(const Point& head) {
         }
         std::optional<FrontTouch> touch;
         if (in_doubt) touch = touch_dual_edge(*ahead);
-        if (!touch) touch = touch_ahead(*edge, place, ahead);
+        if (!touch) touch = touch_ahead(*edge, crease, place, ahead);
         if (!touch) {
             given_up_.insert({edge->a, edge->b});
             continue;

@@ -57,6 +57,8 @@ public:
     void sweep();
     // Has an inferred facet touched anyway, if a way leads there.
     void note_audit(DirectedEdge e);
+    // So many of those could not be asked for.
+    [[nodiscard]] std::uint64_t audits_barred() const { return audits_barred_; }
 
     // S crosses the dual edge of a facet with that sample twice: two sheets are so near that touches beside samples mostly fail.
     void note_thin(std::uint32_t sample);
@@ -88,32 +90,34 @@ private:
         [[nodiscard]] double clamp(double height) const;
     };
     [[nodiscard]] std::optional<Clearance> clearance_at(const Point& place, const Vector& up, std::span<const std::uint32_t> samples) const;
-    // A place for a new sample, in the tangent plane of an open edge.
-    struct Place {
-        Point at = Point::Zero();
-        double bonds = 0.0;  // with the samples around: how well it continues their lattice
-    };
-    // Where a new sample has the most bonds. Nothing if it would make too large a triangle at all places ahead.
-    [[nodiscard]] std::optional<Place> best_place(const OpenEdge& edge);
     // The crease that the open edge faces, if samples beyond it show one.
     struct Crease {
         Fold fold;
         std::uint32_t beyond = 0;  // a sample there
     };
     [[nodiscard]] std::optional<Crease> crease_ahead(const OpenEdge& edge) const;
+    // A place for a new sample, in the tangent plane of an open edge, unfolded beyond a crease.
+    struct Place {
+        Point at = Point::Zero();
+        double bonds = 0.0;  // with the samples around: how well it continues their lattice
+    };
+    // Where a new sample has the most bonds. Nothing if it would make too large a triangle at all places ahead.
+    [[nodiscard]] std::optional<Place> best_place(const OpenEdge& edge, const std::optional<Crease>& crease);
     // A touch along -up, for a new sample near `place`.
     [[nodiscard]] std::optional<FrontTouch> touch_along(const Point& place, const Vector& up,
                                                         const std::array<std::uint32_t, 3>& beside) const;
-    [[nodiscard]] std::optional<FrontTouch> touch_at(const OpenEdge& edge, const Point& place) const;
+    // The same at a place in the tangent plane of the open edge.
+    [[nodiscard]] std::optional<FrontTouch> touch_at(const OpenEdge& edge, const std::optional<Crease>& crease, const Point& place) const;
     [[nodiscard]] std::optional<FrontTouch> touch_dual_edge(const FacetView& facet) const;
-    [[nodiscard]] std::optional<FrontTouch> touch_ahead(const OpenEdge& edge, const std::optional<Place>& place,
-                                                        const std::optional<FacetView>& ahead);
-    [[nodiscard]] std::optional<FrontTouch> touch_audited(const Task& task) const;
+    [[nodiscard]] std::optional<FrontTouch> touch_ahead(const OpenEdge& edge, const std::optional<Crease>& crease,
+                                                        const std::optional<Place>& place, const std::optional<FacetView>& ahead);
+    [[nodiscard]] std::optional<FrontTouch> touch_audited(const Task& task);
 
     MaintainedDelaunay& state_;
     SurfaceModel& model_;
     const Options options_;
     TaskGrid tasks_;
+    std::uint64_t audits_barred_ = 0;
     SampleGrid samples_;
     std::uint32_t known_ = 0;                                     // so many samples are in it
     std::set<std::array<std::uint32_t, 3>> missed_;               // facets whose dual edges were touched and taught nothing

@@ -15,16 +15,27 @@ std::size_t Audit::quota(std::size_t inferred, std::size_t samples) const {
 
 std::vector<Audit::Facet> Audit::draw(std::vector<Facet> inferred, std::size_t samples) {
     const std::size_t wanted = quota(inferred.size() + touched_, samples);
-    std::erase_if(inferred, [&](const Facet& facet) { return drawn_.contains(facet); });
-    const std::size_t count = wanted > touched_ ? std::min<std::size_t>(wanted - touched_, inferred.size()) : 0;
-    // Whatever order they come in; a standard distribution is not the same everywhere.
+    // Whatever order they come in.
     std::ranges::sort(inferred);
-    for (std::size_t k = 0; k < count; ++k) {
-        std::swap(inferred[k], inferred[k + random_() % (inferred.size() - k)]);
-        drawn_.insert(inferred[k]);
-    }
-    inferred.resize(count);
-    return inferred;
+    std::erase_if(inferred, [&](const Facet& facet) { return drawn_.contains(facet); });
+    const auto since = std::ranges::stable_partition(inferred, [&](const Facet& facet) { return facet[2] < samples_; });
+    const std::vector<Facet> fresh(since.begin(), since.end());
+    if (samples_ > 0) inferred.erase(since.begin(), since.end());
+    const std::size_t of_fresh = samples_ > 0 ? wanted * fresh.size() / std::max<std::size_t>(1, fresh.size() + inferred.size()) : 0;
+    samples_ = samples;
+    std::vector<Facet> chosen;
+    const auto choose = [&](std::vector<Facet> from, std::size_t count) {
+        count = std::min({count, from.size(), kEnough - std::min<std::size_t>(kEnough, touched_ + chosen.size())});
+        for (std::size_t k = 0; k < count; ++k) {
+            // A standard distribution is not the same everywhere.
+            std::swap(from[k], from[k + random_() % (from.size() - k)]);
+            chosen.push_back(from[k]);
+            drawn_.insert(from[k]);
+        }
+    };
+    choose(fresh, of_fresh);
+    choose(std::move(inferred), wanted > touched_ ? wanted - touched_ : 0);
+    return chosen;
 }
 
 void Audit::note(bool agrees) {

@@ -29,22 +29,26 @@ public:
 
     // How many are to be touched of so many inferred facets on so many samples.
     [[nodiscard]] std::size_t quota(std::size_t inferred, std::size_t samples) const;
-    // Those to touch now, none of which was drawn before; empty once enough were touched, or none is left to draw from. `inferred`: all
-    // facets that are inferred by now, none twice.
+    // Those to touch now, none of which was drawn before; empty once enough were touched, or none is left to draw from. Where a touch led
+    // to surface that nobody knew of, its facets are drawn from as the others were. `inferred`: all facets that are inferred by now, none
+    // twice.
     [[nodiscard]] std::vector<Facet> draw(std::vector<Facet> inferred, std::size_t samples);
     // A facet that was drawn was touched.
     void note(bool agrees);
+    // No way led to one.
+    void note_barred() { ++barred_; }
 
     [[nodiscard]] std::uint64_t touched() const { return touched_; }
     [[nodiscard]] std::uint64_t wrong() const { return wrong_; }
-    // All that were drawn so far. Those of them that are still inferred no way led to.
-    [[nodiscard]] const std::set<Facet>& drawn() const { return drawn_; }
+    [[nodiscard]] std::uint64_t barred() const { return barred_; }
 
 private:
     const double share_;
     std::mt19937_64 random_;
     std::uint64_t touched_ = 0;
     std::uint64_t wrong_ = 0;
+    std::uint64_t barred_ = 0;
+    std::size_t samples_ = 0;  // when it was drawn last; 0: never
     std::set<Facet> drawn_;
 };
 

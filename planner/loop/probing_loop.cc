@@ -342,7 +342,8 @@ Result ProbingLoop::result() {
     for (std::size_t t = 0; t < surface.dual_edges.size(); ++t) {
         const DirectedEdge e = surface.dual_edges[t];
         const std::optional<EdgeSpan> along = state_.span(e);
-        result.dual_edges.push_back({along->start_point(), along->end_point()});
+        const Point& met = state_.crossing(e).near;
+        result.dual_edges.push_back(along ? Segment{along->start_point(), along->end_point()} : Segment{met, met});
         const bool is_inferred = state_.inferred(e).has_value();
         const bool is_plausible = is_inferred && guesses;
         result.confidences.push_back(is_plausible ? growth_->confidence(e) : 1);

@@ -76,7 +76,10 @@ private:
             if (state_.recorded_state(e) == EdgeState::crossing && state_.crossing(e).inferred) visit(e);
         });
     }
+    // Whether it asks for touches, or leaves all to the walks.
+    [[nodiscard]] bool can_touch() const;
     [[nodiscard]] Step touch(const FrontTouch& asked);
+    void note_barred_audit(const FrontTouch& asked, const NearTravel::Met& met);
     void note_audit(const FrontTouch& asked, const std::optional<ProbeHead::Answer>& contact);
     void note_evidence(const Refutation& refutation);
     // Takes back what is inferred there and infers what it still can.

@@ -40,8 +40,7 @@ void LocalSolid::add(const Point& sample, const Vector& normal) {
         const Vector to = sample - samples_[i];
         const double sine = (normals_[i].dot(to) - normal.dot(to)) / (2 * to.norm());
         convex_[i][n] = convex_[n][i] = sine <= 0;
-        unsure_[i][n] = unsure_[n][i] = !(std::abs(sine) > kFlat) && normals_[i].dot(normal) < kAlike;
-        has_unsure_ = has_unsure_ || unsure_[i][n];
+        if (!(std::abs(sine) > kFlat) && normals_[i].dot(normal) < kAlike) unsure_[unsure_count_++] = {i, n};
     }
 }
 
@@ -71,15 +70,18 @@ std::optional<double> LocalSolid::height(const Point& x) const {
     bool clear = true;
     double result = height_by(convex_, heights, all, clear);
     if (!clear) return std::nullopt;
-    if (!has_unsure_) return result;
-    // Joined the other way where that is open.
-    Pairs other = convex_;
-    for (std::size_t i = 0; i < count_; ++i) {
-        for (std::size_t j = 0; j < count_; ++j) other[i][j] = convex_[i][j] != unsure_[i][j];
+    // All ways to join those pairs that leave it open.
+    for (unsigned turned = 1; turned < 1U << unsure_count_; ++turned) {
+        Pairs other = convex_;
+        for (std::size_t k = 0; k < unsure_count_; ++k) {
+            const auto [i, j] = unsure_[k];
+            other[i][j] = other[j][i] = convex_[i][j] != ((turned >> k & 1U) != 0);
+        }
+        const double height = height_by(other, heights, all, clear);
+        if (!clear || (height > 0) != (result > 0)) return std::nullopt;
+        if (std::abs(height) < std::abs(result)) result = height;
     }
-    const double turned = height_by(other, heights, all, clear);
-    if (!clear || (turned > 0) != (result > 0)) return std::nullopt;
-    return std::abs(turned) < std::abs(result) ? turned : result;
+    return result;
 }
 
 std::optional<LocalSolid::Crossing> LocalSolid::crossing(const Point& origin, const Vector& direction) const {

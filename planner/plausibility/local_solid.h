@@ -8,6 +8,7 @@
 #include <array>
 #include <cstdint>
 #include <optional>
+#include <utility>
 
 #include "planner/geometry.h"
 
@@ -23,7 +24,8 @@ public:
     // mm: of x above the solid's boundary as the plane that decides there has it; negative within. Nothing if the pairs contradict each
     // other, or it depends on a pair whose planes are too alike in height to tell how they are joined.
     [[nodiscard]] std::optional<double> height(const Point& x) const;
-    // The parameter of the line at which it passes the boundary, the one nearest to 0 if there are several.
+    // The parameter of the line at which it passes the boundary, the one nearest to 0 if there are several. Pairs that may be joined either
+    // way are taken as they look.
     struct Crossing {
         double at = 0.0;
         double slope = 0.0;  // the cosine between `direction` and the plane's normal
@@ -39,8 +41,8 @@ private:
     std::array<Vector, kMost> normals_{};
     std::size_t count_ = 0;
     Pairs convex_{};
-    Pairs unsure_{};
-    bool has_unsure_ = false;
+    std::array<std::pair<std::size_t, std::size_t>, kMost*(kMost - 1) / 2> unsure_{};  // pairs that may be joined either way
+    std::size_t unsure_count_ = 0;
 };
 
 }  // namespace palpate

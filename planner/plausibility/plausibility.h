@@ -4,7 +4,6 @@
 // Notation:
 //   p, n   a sample, and the outward normal of the plane through it that most of its neighbours lie near
 //   v      the Voronoi vertex of a cell; p is one of the cell's four corners
-//   cos    <v − p, n> / |v − p|: 1 where v is straight above S at p, −1 straight below
 //
 // May not live here: bounds and proofs (planner/inference), what to touch (planner/loop).
 #pragma once

@@ -69,6 +69,9 @@ private:
         if (a == 0 || b >= 0) return;
         const double discriminant = b * b - a * c;
         if (discriminant < 0) return;
+        // What passes no deeper than the slack slides along, from one feature to the next.
+        const double least = std::max(0.0, radius_ - touching_);
+        if (to.squaredNorm() - b * b / a > least * least) return;
         // c over the other root: nothing cancels.
         const double t = c < 0 && c > -2 * radius_ * touching_ ? 0.0 : c / (-b + std::sqrt(discriminant));
         if (t >= 0 && t <= 1 && counts(t)) note(t);

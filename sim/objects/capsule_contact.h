@@ -14,7 +14,7 @@ namespace palpate {
 
 struct Capsule {
     Vector core = Vector::Zero();  // mm
-    double radius = 0.0;           // mm, >= 0
+    double radius = 0.0;           // mm, > 0: what has none passes through a face that it touches
 };
 
 // Parameter in [0, 1] along the move of p; 0 where it begins within the triangle's reach. Nothing if they do not touch, or only where the

@@ -2,6 +2,7 @@
 
 #include <algorithm>
 #include <array>
+#include <stdexcept>
 
 #include "sim/objects/capsule_contact.h"
 
@@ -33,6 +34,8 @@ struct PlacedCapsule {
 };
 
 std::vector<PlacedCapsule> parts_of(const ToolShape& tool) {
+    if (!(tool.ball_diameter > 0)) throw std::invalid_argument("the tool's ball needs a diameter");
+    if (tool.stylus && tool.stylus->diameter > tool.ball_diameter) throw std::invalid_argument("the stylus is thicker than its ball");
     std::vector<PlacedCapsule> parts{{ToolContact::Part::ball, Vector::Zero(), {Vector::Zero(), tool.ball_diameter / 2}}};
     double end = 0;
     if (tool.stylus) {

@@ -31,6 +31,7 @@ public:
     // Solids by their boundaries: triangles of the object, half-spaces and boxes of the fixtures.
     ToolWorld(const TriangleMesh& object, const std::vector<HalfSpace>& half_spaces, const std::vector<Box>& boxes);
 
+    // Throws std::invalid_argument on a tool without a ball, or with a stylus that is thicker than that.
     // Nothing if the tool, whose reference point makes that move, meets nothing; at 0 if something is in the tool where it begins. What
     // only touches it there, and is left, does not count. Of parts and bodies that are met at once the first named.
     [[nodiscard]] std::optional<ToolContact> first_contact(const ToolShape& tool, const Segment& move) const;

@@ -14,7 +14,7 @@ struct ToolShape {
         double diameter = 0.0;  // mm, > 0
         double length = 0.0;    // mm, > 0: from end to end
     };
-    double ball_diameter = 0.0;     // mm, >= 0; 0: a point
+    double ball_diameter = 0.0;     // mm, > 0, and no less than the stylus'
     std::optional<Shaft> stylus;    // begins at the ball's centre; none: the ball floats
     std::optional<Shaft> holder;    // begins where the stylus ends
     Vector axis = Vector::UnitZ();  // unit: from the ball to the holder

@@ -114,6 +114,22 @@ TEST(Adaptive, CostsLittleWhereNobodyKnowsTheReach) {
     EXPECT_EQ(static_cast<std::uint64_t>(std::ranges::count_if(r.confidences, [](double c) { return c < 1; })), r.cost.plausible_contact);
 }
 
+TEST(Adaptive, TrustsAsFarAsItIsToldTo) {
+    std::uint64_t before = 1'000'000;
+    for (const double trust : {1.0, 0.01, 0.0005, 0.0}) {
+        Options options;
+        options.epsilon = 0.3;
+        options.trust = trust;
+        const FinishedRun run(subject("bunny"), options);
+        expect_right_result(run);
+        const Result& r = run.result();
+        EXPECT_LT(r.cost.plausible_contact, before) << trust;
+        before = r.cost.plausible_contact;
+        for (const double confidence : r.confidences) ASSERT_GE(confidence, 1 - std::min(8 * trust, 0.16) - 1e-12) << trust;
+    }
+    EXPECT_EQ(before, 0U) << "whatever is not proven was touched";
+}
+
 TEST(Adaptive, EndsRightOnCreasesAndAtAnyEpsilon) {
     for (const double epsilon : {0.15, 0.3, 0.47}) {
         SCOPED_TRACE(epsilon);

@@ -42,6 +42,8 @@ TEST(CheckOptions, RefusesWhatMakesNoSense) {
     refuses([&] { options.min_angle = 0.53; });
     refuses([&] { options.seed_rays = {{{1, 2, 3}, {1, 2, 3}}}; });
     refuses([&] { options.standoff = 0; });
+    refuses([&] { options.trust = 1.5; });
+    refuses([&] { options.strategy.infer = Strategy::Infer::reach; });
     refuses([&] { options.audit = 1.5; });
     refuses([&] { options.audit = std::nan(""); });
     refuses([&] { options.strategy.infer = static_cast<Strategy::Infer>(7); });

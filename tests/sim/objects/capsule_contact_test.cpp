@@ -133,6 +133,7 @@ TEST(CapsuleContact, AMoveThatLeavesMeetsNothingAndOneThatPressesMeetsAtOnce) {
         const Capsule c{core, 0.5};
         EXPECT_FALSE(first_contact(t, c, {{0, 0, 0.5}, {0, 0, 3}}));
         EXPECT_FALSE(first_contact(t, c, {{0, 0, 0.5}, {1, 0, 0.5}})) << "along it";
+        EXPECT_FALSE(first_contact(t, c, {{0, 0, 0.5}, {5, 0, 0.5}})) << "and beyond its edge";
         EXPECT_EQ(first_contact(t, c, {{0, 0, 0.5}, {0.2, 0, 0.1}}), 0.0);
         EXPECT_EQ(first_contact(t, c, {{0, 0, 0.3}, {0, 0, 3}}), 0.0) << "it begins within";
     }

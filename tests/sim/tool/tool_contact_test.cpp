@@ -83,6 +83,15 @@ TEST(ToolContact, FixturesAreToldFromTheObject) {
     EXPECT_NEAR(1.5 + 1.5 * clamp->at, 1.8, 1e-12);
 }
 
+TEST(ToolContact, AToolThatIsNoneIsRefused) {
+    const ToolWorld world(block_with_roof(), {}, {});
+    ToolShape tool = probe();
+    tool.ball_diameter = 0;
+    EXPECT_THROW((void)world.first_contact(tool, {{0, 0, 5}, {0, 0, -5}}), std::invalid_argument);
+    tool.ball_diameter = 0.1;
+    EXPECT_THROW((void)world.first_contact(tool, {{0, 0, 5}, {0, 0, -5}}), std::invalid_argument);
+}
+
 // Tilted tools are upright ones in a tilted world.
 TEST(ToolContact, TheAxisMayPointAnywhere) {
     Random random(3);
