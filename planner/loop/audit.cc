@@ -18,10 +18,11 @@ std::vector<Audit::Facet> Audit::draw(std::vector<Facet> inferred, std::size_t s
     // Whatever order they come in.
     std::ranges::sort(inferred);
     std::erase_if(inferred, [&](const Facet& facet) { return drawn_.contains(facet); });
-    const auto since = std::ranges::stable_partition(inferred, [&](const Facet& facet) { return facet[2] < samples_; });
-    const std::vector<Facet> fresh(since.begin(), since.end());
-    if (samples_ > 0) inferred.erase(since.begin(), since.end());
-    const std::size_t of_fresh = samples_ > 0 ? wanted * fresh.size() / std::max<std::size_t>(1, fresh.size() + inferred.size()) : 0;
+    const auto since =
+        std::stable_partition(inferred.begin(), inferred.end(), [&](const Facet& facet) { return facet[2] < samples_ || samples_ == 0; });
+    const std::vector<Facet> fresh(since, inferred.end());
+    inferred.erase(since, inferred.end());
+    const std::size_t of_fresh = wanted * fresh.size() / std::max<std::size_t>(1, fresh.size() + inferred.size());
     samples_ = samples;
     std::vector<Facet> chosen;
     const auto choose = [&](std::vector<Facet> from, std::size_t count) {

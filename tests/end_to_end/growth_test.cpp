@@ -116,7 +116,7 @@ TEST(Adaptive, CostsLittleWhereNobodyKnowsTheReach) {
 
 TEST(Adaptive, TrustsAsFarAsItIsToldTo) {
     std::uint64_t before = 1'000'000;
-    for (const double trust : {1.0, 0.01, 0.0005, 0.0}) {
+    for (const double trust : {0.01, 0.0005, 0.0}) {
         Options options;
         options.epsilon = 0.3;
         options.trust = trust;
