@@ -483,9 +483,10 @@ TEST_F(MachineSession, APartThatMovedMeanwhileIsNoticedBeforeAnythingElse) {
 }
 
 TEST_F(MachineSession, FalseTriggersAndBouncesLeaveTheTopologyAsItIs) {
+    int false_triggers = 0;
     for (const std::uint64_t seed : {1U, 2U, 3U}) {
         VirtualGrblOptions options;
-        options.spurious_rate = 0.01;
+        options.spurious_rate = 0.02;
         options.bounce_rate = 0.02;
         options.seed = seed;
         PortMachine machine(port(), options);
@@ -495,9 +496,11 @@ TEST_F(MachineSession, FalseTriggersAndBouncesLeaveTheTopologyAsItIs) {
         EXPECT_EQ(summary.at("euler_characteristic"), 2);
         EXPECT_EQ(summary.at("boundary_edges"), 0);
         EXPECT_EQ(summary.at("nonmanifold_edges"), 0);
-        EXPECT_GT(summary.at("machine").at("events").at("spurious_trigger").get<int>(), 0);
+        false_triggers += summary.at("machine").at("events").at("spurious_trigger").get<int>();
         expect_safe(machine);
     }
+    // Some 150 moves each.
+    EXPECT_GT(false_triggers, 0);
 }
 
 TEST_F(MachineSession, NothingMovesWithoutConsent) {
