@@ -1,11 +1,21 @@
 #include "sim/facet_truth.h"
 
-#include <algorithm>
-
 namespace palpate {
 namespace {
 
 constexpr double kRounding = 1e-9;
+
+FacetVerdict judge(const HiddenObject& object, const Point& corner, const Segment& dual_edge, double epsilon) {
+    if (dual_edge.source == dual_edge.target) return FacetVerdict::wrong;
+    const Vector beyond = kFlip * epsilon * (dual_edge.target - dual_edge.source).normalized();
+    FacetVerdict verdict = FacetVerdict::wrong;
+    for (const Point& met : object.crossings({dual_edge.source - beyond, dual_edge.target + beyond})) {
+        if ((met - corner).norm() > (1 + kRounding) * epsilon) continue;
+        if (distance_to(dual_edge, met) <= kRounding * epsilon) return FacetVerdict::right;
+        verdict = FacetVerdict::flip;
+    }
+    return verdict;
+}
 
 }  // namespace
 
@@ -13,26 +23,8 @@ std::vector<FacetVerdict> judge_facets(const HiddenObject& object, const Triangl
                                        double epsilon) {
     std::vector<FacetVerdict> verdicts;
     verdicts.reserve(dual_edges.size());
-    for (std::size_t t = 0; t < dual_edges.size(); ++t) {
-        const Point& corner = mesh.points[mesh.triangles[t][0]];
-        const auto& [source, target] = dual_edges[t];
-        if (source == target) {
-            verdicts.push_back(FacetVerdict::wrong);
-            continue;
-        }
-        const Vector beyond = kFlip * epsilon * (target - source).normalized();
-        const std::vector<Point> met = object.crossings({source - beyond, target + beyond});
-        FacetVerdict verdict = FacetVerdict::wrong;
-        for (const Point& at : met) {
-            if ((at - corner).norm() > (1 + kRounding) * epsilon) continue;
-            verdict = FacetVerdict::flip;
-            if (distance_to(dual_edges[t], at) <= kRounding * epsilon) {
-                verdict = FacetVerdict::right;
-                break;
-            }
-        }
-        verdicts.push_back(verdict);
-    }
+    for (std::size_t t = 0; t < dual_edges.size(); ++t)
+        verdicts.push_back(judge(object, mesh.points[mesh.triangles[t][0]], dual_edges[t], epsilon));
     return verdicts;
 }
 

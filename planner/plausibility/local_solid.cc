@@ -2,7 +2,6 @@
 
 #include <algorithm>
 #include <cmath>
-#include <limits>
 
 namespace palpate {
 namespace {
@@ -44,8 +43,14 @@ void LocalSolid::add(const Point& sample, const Vector& normal) {
     }
 }
 
+LocalSolid::Heights LocalSolid::heights_at(const Point& x) const {
+    Heights heights{};
+    for (std::size_t i = 0; i < count_; ++i) heights[i] = normals_[i].dot(x - samples_[i]);
+    return heights;
+}
+
 // `clear` becomes false if the members cannot be taken apart.
-double LocalSolid::height_by(const Pairs& convex, const std::array<double, kMost>& heights, unsigned members, bool& clear) const {
+double LocalSolid::height_by(const Pairs& convex, const Heights& heights, unsigned members, bool& clear) const {
     if ((members & (members - 1)) == 0) {
         std::size_t only = 0;
         while (!(members >> only & 1U)) ++only;
@@ -64,8 +69,7 @@ double LocalSolid::height_by(const Pairs& convex, const std::array<double, kMost
 }
 
 std::optional<double> LocalSolid::height(const Point& x) const {
-    std::array<double, kMost> heights{};
-    for (std::size_t i = 0; i < count_; ++i) heights[i] = normals_[i].dot(x - samples_[i]);
+    const Heights heights = heights_at(x);
     const unsigned all = (1U << count_) - 1;
     bool clear = true;
     double result = height_by(convex_, heights, all, clear);
@@ -93,8 +97,8 @@ std::optional<LocalSolid::Crossing> LocalSolid::crossing(const Point& origin, co
         const double at = normals_[k].dot(samples_[k] - origin) / slope;
         if (best && std::abs(best->at) <= std::abs(at)) continue;
         const Point x = origin + at * direction;
-        std::array<double, kMost> heights{};
-        for (std::size_t i = 0; i < count_; ++i) heights[i] = i == k ? 0 : normals_[i].dot(x - samples_[i]);
+        Heights heights = heights_at(x);
+        heights[k] = 0;  // to rounding it is
         bool clear = true;
         const double height = height_by(convex_, heights, all, clear);
         if (clear && std::abs(height) <= kOnPlane * (x - samples_[k]).norm()) best = Crossing{at, slope};

@@ -6,7 +6,6 @@
 #pragma once
 
 #include <array>
-#include <cstdint>
 #include <optional>
 #include <utility>
 
@@ -35,7 +34,11 @@ public:
 private:
     using Pairs = std::array<std::array<bool, kMost>, kMost>;
 
-    [[nodiscard]] double height_by(const Pairs& convex, const std::array<double, kMost>& heights, unsigned members, bool& clear) const;
+    using Heights = std::array<double, kMost>;
+
+    // Of x above each plane.
+    [[nodiscard]] Heights heights_at(const Point& x) const;
+    [[nodiscard]] double height_by(const Pairs& convex, const Heights& heights, unsigned members, bool& clear) const;
 
     std::array<Point, kMost> samples_{};
     std::array<Vector, kMost> normals_{};

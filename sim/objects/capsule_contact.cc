@@ -13,6 +13,33 @@ constexpr double kSlack = 1e-9;
 // mm per mm of what is involved: nearer than that to the radius, a move begins in touch.
 constexpr double kTouching = 1e-9;
 
+// The parallelogram a + s u + t v with s, t in [0, 1], or its half with s + t <= 1.
+struct Face {
+    Point a = Point::Zero();
+    Vector u = Vector::Zero();
+    Vector v = Vector::Zero();
+    bool is_half = false;
+    double area = 0.0;
+    Vector normal = Vector::Zero();  // unit
+
+    // Nothing if it has no area.
+    [[nodiscard]] static std::optional<Face> of(const Point& a, const Vector& u, const Vector& v, bool is_half) {
+        const Vector across = u.cross(v);
+        const double area = across.norm();
+        if (area <= kSlack * u.norm() * v.norm()) return std::nullopt;
+        return Face{a, u, v, is_half, area, across / area};
+    }
+    [[nodiscard]] double height(const Point& p) const { return normal.dot(p - a); }
+    // Whether p is above or below it; `slack` beyond its ends counts.
+    [[nodiscard]] bool is_level_with(const Point& p, double slack) const {
+        const Vector at = p - a;
+        const double s = at.cross(v).dot(normal) / area;
+        const double t = u.cross(at).dot(normal) / area;
+        if (s < -slack || t < -slack) return false;
+        return is_half ? s + t <= 1 + slack : s <= 1 + slack && t <= 1 + slack;
+    }
+};
+
 // A ray, and the first thing that it enters.
 class Entry {
 public:
@@ -37,24 +64,13 @@ public:
         });
     }
 
-    // The parallelogram a + s u + t v with s, t in [0, 1], or its half with s + t <= 1.
-    void face(const Point& a, const Vector& u, const Vector& v, bool is_half) {
-        const Vector normal = u.cross(v);
-        const double area = normal.norm();
-        if (area <= kSlack * u.norm() * v.norm()) return;
-        const Vector n = normal / area;
-        const double height = n.dot(from_ - a);
-        const double rise = n.dot(way_);
+    void face(const Face& face) {
+        const double height = face.height(from_);
+        const double rise = face.normal.dot(way_);
         // From within the slab the face is entered beside it: through its edges.
         if (std::abs(height) < radius_ - touching_ || height * rise >= 0) return;
         const double t = std::max(0.0, (std::copysign(radius_, height) - height) / rise);
-        if (t > 1) return;
-        const Vector at = from_ + t * way_ - a;
-        const double s = at.cross(v).dot(n) / area;
-        const double r = u.cross(at).dot(n) / area;
-        if (s < -kSlack || r < -kSlack) return;
-        if (is_half ? s + r > 1 + kSlack : s > 1 + kSlack || r > 1 + kSlack) return;
-        note(t);
+        if (t <= 1 && face.is_level_with(from_ + t * way_, kSlack)) note(t);
     }
 
     [[nodiscard]] std::optional<double> first() const { return first_; }
@@ -85,63 +101,48 @@ private:
     std::optional<double> first_;
 };
 
-double squared_distance(const Point& p, const Point& a, const Vector& along) {
-    const double squared = along.squaredNorm();
-    const double t = squared > 0 ? std::clamp((p - a).dot(along) / squared, 0.0, 1.0) : 0.0;
-    return (p - a - t * along).squaredNorm();
-}
-
-// Whether the point is over the parallelogram, or its half, and how far from its plane.
-std::optional<double> distance_over(const Point& p, const Point& a, const Vector& u, const Vector& v, bool is_half) {
-    const Vector normal = u.cross(v);
-    const double area = normal.norm();
-    if (area <= kSlack * u.norm() * v.norm()) return std::nullopt;
-    const Vector n = normal / area;
-    const Vector at = p - a;
-    const double s = at.cross(v).dot(n) / area;
-    const double r = u.cross(at).dot(n) / area;
-    if (s < 0 || r < 0 || (is_half ? s + r > 1 : s > 1 || r > 1)) return std::nullopt;
-    return std::abs(n.dot(at));
-}
-
 // Visits what bounds the prism K ⊕ −[0, core].
-template <typename Face, typename Edge, typename Corner>
-void visit_prism(const std::array<Point, 3>& k, const Vector& core, const Face& face, const Edge& edge, const Corner& corner) {
+template <typename VisitFace, typename VisitEdge, typename VisitCorner>
+void visit_prism(const std::array<Point, 3>& k, const Vector& core, const VisitFace& visit_face, const VisitEdge& visit_edge,
+                 const VisitCorner& visit_corner) {
     const bool has_core = !core.isZero(0);
+    const auto visit_if_any = [&](const std::optional<Face>& face) {
+        if (face) visit_face(*face);
+    };
     for (std::size_t i = 0; i < 3; ++i) {
         const Vector side = k.at((i + 1) % 3) - k.at(i);
-        corner(k.at(i));
-        edge(k.at(i), side);
+        visit_corner(k.at(i));
+        visit_edge(k.at(i), side);
         if (!has_core) continue;
-        corner(k.at(i) - core);
-        edge(k.at(i) - core, side);
-        edge(k.at(i), Vector(-core));
-        face(k.at(i), side, Vector(-core), false);
+        visit_corner(k.at(i) - core);
+        visit_edge(k.at(i) - core, side);
+        visit_edge(k.at(i), Vector(-core));
+        visit_if_any(Face::of(k.at(i), side, -core, false));
     }
-    face(k[0], Vector(k[1] - k[0]), Vector(k[2] - k[0]), true);
-    if (has_core) face(k[0] - core, Vector(k[1] - k[0]), Vector(k[2] - k[0]), true);
+    visit_if_any(Face::of(k[0], k[1] - k[0], k[2] - k[0], true));
+    if (has_core) visit_if_any(Face::of(k[0] - core, k[1] - k[0], k[2] - k[0], true));
 }
 
 // mm: from the prism; 0 within.
 double distance_from_prism(const std::array<Point, 3>& k, const Vector& core, const Point& p) {
     // Within, if the line through p along the core passes through the triangle there.
-    const Vector normal = (k[1] - k[0]).cross(k[2] - k[0]);
-    const double rise = normal.dot(core);
+    const std::optional<Face> triangle = Face::of(k[0], k[1] - k[0], k[2] - k[0], true);
+    const double rise = triangle ? triangle->normal.dot(core) : 0;
     if (rise != 0) {
-        const double along = normal.dot(k[0] - p) / rise;
-        if (along >= 0 && along <= 1) {
-            const auto over = distance_over(p + along * core, k[0], k[1] - k[0], k[2] - k[0], true);
-            if (over) return 0;
-        }
+        const double along = -triangle->height(p) / rise;
+        if (along >= 0 && along <= 1 && triangle->is_level_with(p + along * core, 0)) return 0;
     }
-    double squared = std::numeric_limits<double>::infinity();
+    double nearest = std::numeric_limits<double>::infinity();
     visit_prism(
         k, core,
-        [&](const Point& a, const Vector& u, const Vector& v, bool is_half) {
-            if (const auto over = distance_over(p, a, u, v, is_half)) squared = std::min(squared, *over * *over);
+        [&](const Face& face) {
+            if (face.is_level_with(p, 0)) nearest = std::min(nearest, std::abs(face.height(p)));
         },
-        [&](const Point& a, const Vector& along) { squared = std::min(squared, squared_distance(p, a, along)); }, [](const Point&) {});
-    return std::sqrt(squared);
+        [&](const Point& a, const Vector& along) {
+            nearest = std::min(nearest, distance_to({a, a + along}, p));
+        },
+        [](const Point&) {});
+    return nearest;
 }
 
 }  // namespace
@@ -151,7 +152,7 @@ std::optional<double> first_contact(const std::array<Point, 3>& triangle, const 
     if (distance_from_prism(triangle, capsule.core, move.source) < capsule.radius - kTouching * scale) return 0;
     Entry entry(move, capsule.radius, kTouching * scale);
     visit_prism(
-        triangle, capsule.core, [&](const Point& a, const Vector& u, const Vector& v, bool is_half) { entry.face(a, u, v, is_half); },
+        triangle, capsule.core, [&](const Face& face) { entry.face(face); },
         [&](const Point& a, const Vector& along) { entry.cylinder(a, along); }, [&](const Point& centre) { entry.ball(centre); });
     return entry.first();
 }

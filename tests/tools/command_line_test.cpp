@@ -357,6 +357,14 @@ TEST_F(CommandLine, BenchComparesStrategies) {
     EXPECT_EQ(lines, 4U);
 }
 
+// Of a line of a CSV file whose words have no commas.
+std::vector<std::string> fields_of(const std::string& line) {
+    std::vector<std::string> fields;
+    std::istringstream stream(line);
+    for (std::string field; std::getline(stream, field, ',');) fields.push_back(field);
+    return fields;
+}
+
 TEST_F(CommandLine, BenchWritesErrorsBeforeTheEnd) {
     write_torus(0.2);
     const Outcome outcome = palpate("bench torus.yaml --strategy default,adaptive --anytime -o any");
@@ -368,9 +376,7 @@ TEST_F(CommandLine, BenchWritesErrorsBeforeTheEnd) {
     std::map<std::string, double> best;  // by method
     std::map<std::string, int> rows;
     while (std::getline(csv, line)) {
-        std::vector<std::string> fields;
-        std::istringstream stream(line);
-        for (std::string field; std::getline(stream, field, ',');) fields.push_back(field);
+        const std::vector<std::string> fields = fields_of(line);
         ASSERT_EQ(fields.size(), 8U) << line;
         const double hausdorff = std::stod(fields[5]);
         const auto [known, is_new] = best.try_emplace(fields[1], hausdorff);
@@ -398,8 +404,7 @@ TEST_F(CommandLine, BenchTellsHowOftenPlausibleFacetsAreWrong) {
     std::uint64_t facets = 0;
     while (std::getline(csv, line)) {
         std::vector<double> fields;
-        std::istringstream stream(line);
-        for (std::string field; std::getline(stream, field, ',');) fields.push_back(std::stod(field));
+        for (const std::string& field : fields_of(line)) fields.push_back(std::stod(field));
         ASSERT_EQ(fields.size(), 6U) << line;
         EXPECT_LE(fields[0], fields[3]);
         EXPECT_LE(fields[3], fields[1]);
