@@ -5,16 +5,12 @@
 #include <optional>
 #include <vector>
 
+#include "planner/fixtures.h"
 #include "planner/geometry.h"
+#include "planner/tool_shape.h"
 #include "sim/objects/triangle_tree.h"
-#include "sim/tool/tool_shape.h"
 
 namespace palpate {
-
-struct HalfSpace {
-    Point point = Point::Zero();      // on its boundary
-    Vector normal = Vector::UnitZ();  // unit, out of it
-};
 
 struct ToolContact {
     enum class Part { ball, stylus, holder };
