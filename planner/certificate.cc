@@ -56,6 +56,12 @@ Premise ball_premise(const Options& options, const Topology& t, const Evidence& 
     return {Kind::small_balls, good ? State::checked : State::refuted, std::move(detail)};
 }
 
+Premise known_solids_premise(const Evidence& evidence) {
+    return {Kind::known_solids, State::assumed,
+            fmt::format("by the user: fixtures are where they are said to be{}; {} samples lie on them, untouched",
+                        evidence.assumes_clear ? ", and nothing but the object stands on them" : "", evidence.known_samples)};
+}
+
 Premise reach_premise(const Options& options, const Evidence& evidence) {
     const double needed = options.epsilon / kMaxEpsilonPerReach;
     if (evidence.reach && evidence.reach->refuted) {
@@ -177,6 +183,8 @@ const char* name_of(Premise::Kind kind) {
             return "inferred facets";
         case Kind::sizing_and_angles:
             return "sizing and angles";
+        case Kind::known_solids:
+            return "known solids";
         case Kind::own_end:
             return "the run ended by itself";
     }
@@ -198,6 +206,7 @@ Certificate certify(const Options& options, const Topology& topology, const Evid
         manifold, components, balls, reach, {Kind::object_in_workspace, State::assumed, "by the user"}, touch_premise(evidence)};
     if (evidence.unresolved_places + evidence.minor_places > 0) certificate.premises.push_back(thickness_premise(evidence));
     if (evidence.reach) certificate.premises.push_back(inference_premise(*evidence.reach));
+    if (evidence.has_known_solids) certificate.premises.push_back(known_solids_premise(evidence));
     if (evidence.has_facet_criteria) certificate.premises.push_back(facet_premise(evidence));
     const bool guesses = evidence.reach && evidence.reach->inferred > 0 && !certificate.find(Kind::inference)->holds();
     const bool is_shaped = !evidence.has_facet_criteria || certificate.find(Kind::sizing_and_angles)->holds();

@@ -15,6 +15,7 @@ struct Cost {
     std::uint64_t inferred_contact = 0;   // facets of the mesh whose crossing is proven without a touch
     std::uint64_t plausible_contact = 0;  // facets of the mesh that no touch and no proof put there
     std::uint64_t inferred_clear = 0;     // edges known to be free without a probe
+    std::uint64_t known_contact = 0;      // places on known solids that became part of the sample, or were looked at: no touch
     double travel = 0.0;                  // mm: motion between probes
     double probing = 0.0;                 // mm: motion of probes, to where they stopped
     double home = 0.0;                    // mm: after the last touch, to where the tool began

@@ -31,6 +31,7 @@ struct Result {
     Cost cost;
     std::vector<Touch> touches;              // every contact, in order
     std::size_t samples = 0;                 // |E|, whether a facet uses them or not
+    std::size_t known_samples = 0;           // of those: on known solids, not touched
     double max_ball_radius = 0.0;            // mm: of the facets that touches and proofs put into the mesh
     double max_plausible_ball_radius = 0.0;  // mm: of the others
 

@@ -6,6 +6,7 @@
 #include <cmath>
 #include <limits>
 #include <stdexcept>
+#include <utility>
 
 namespace palpate {
 namespace {
@@ -56,12 +57,20 @@ struct Face {
 
 double face_coordinate(const Box& box, const Face& face) { return face.at_max ? box.max[face.axis] : box.min[face.axis]; }
 
-std::vector<Face> faces_at(const Box& box, const Point& p) {
+using OpenFaces = Surroundings::OpenFaces;
+
+bool is_open(const OpenFaces& open, const Face& face) {
+    return open.is_open.at(static_cast<std::size_t>(face.axis)).at(face.at_max ? 1 : 0);
+}
+
+// The open ones.
+std::vector<Face> faces_at(const Box& box, const OpenFaces& open, const Point& p) {
     const double tolerance = kOnFace * (box.max - box.min).norm();
     std::vector<Face> faces;
     for (int axis = 0; axis < 3; ++axis) {
         for (const bool at_max : {false, true}) {
-            if (std::abs(p[axis] - face_coordinate(box, {axis, at_max})) <= tolerance) faces.push_back({axis, at_max});
+            if (is_open(open, {axis, at_max}) && std::abs(p[axis] - face_coordinate(box, {axis, at_max})) <= tolerance)
+                faces.push_back({axis, at_max});
         }
     }
     return faces;
@@ -98,7 +107,7 @@ std::array<Point, 2> over_side(const Box& box, const Face& a, const Face& b, con
 }
 
 // Shortest over all pairs of faces that the two points lie on (an edge or corner of the box belongs to several).
-std::vector<Point> box_path(const Box& box, const Point& from, const Point& to) {
+std::vector<Point> box_path(const Box& box, const OpenFaces& open, const Point& from, const Point& to) {
     std::vector<Point> best;
     double best_length = std::numeric_limits<double>::infinity();
     const auto offer = [&](std::vector<Point> path) {
@@ -107,8 +116,8 @@ std::vector<Point> box_path(const Box& box, const Point& from, const Point& to) 
             best = std::move(path);
         }
     };
-    for (const Face& a : faces_at(box, from)) {
-        for (const Face& b : faces_at(box, to)) {
+    for (const Face& a : faces_at(box, open, from)) {
+        for (const Face& b : faces_at(box, open, to)) {
             if (a.axis == b.axis && a.at_max == b.at_max) {
                 offer({to});
             } else if (a.axis != b.axis) {
@@ -117,6 +126,7 @@ std::vector<Point> box_path(const Box& box, const Point& from, const Point& to) 
                 for (int axis = 0; axis < 3; ++axis) {
                     if (axis == a.axis) continue;
                     for (const bool at_max : {false, true}) {
+                        if (!is_open(open, {axis, at_max})) continue;
                         const auto corners = over_side(box, a, b, {axis, at_max}, from, to);
                         offer({corners[0], corners[1], to});
                     }
@@ -124,18 +134,58 @@ std::vector<Point> box_path(const Box& box, const Point& from, const Point& to) 
             }
         }
     }
-    if (best.empty()) throw std::invalid_argument("Surroundings::path: a point is not on the boundary of the box");
+    if (best.empty()) throw std::invalid_argument("Surroundings::path: a point is not on an open face of the box");
     return best;
+}
+
+// Any two open faces share an edge, or have a third one beside both.
+bool are_joined(const OpenFaces& open) {
+    const auto count = std::ranges::count_if(open.is_open, [](const auto& pair) { return pair[0] || pair[1]; });
+    const bool is_pair = std::ranges::any_of(open.is_open, [](const auto& pair) { return pair[0] && pair[1]; });
+    return count > 1 || (count == 1 && !is_pair);
 }
 
 }  // namespace
 
+Surroundings::Surroundings(const Box& box, KnownSolids known, const OpenFaces& faces, const Box& reachable, bool assumes_clear)
+    : region_(box), known_(std::move(known)), faces_(faces), reachable_(reachable), assumes_clear_(assumes_clear) {
+    if (!are_joined(faces)) {
+        throw std::invalid_argument(
+            "no open face of the workspace leads out of it, or only two that face each other: a fixture closes the others");
+    }
+}
+
+bool Surroundings::is_enterable(const Point& p) const {
+    const auto* box = std::get_if<Box>(&region_.shape());
+    return box == nullptr || (!faces_at(*box, faces_, p).empty() && !known_.is_buried(p) && !known_.contains(p));
+}
+
+Point Surroundings::nearest_entry(const Point& p) const {
+    const auto* box = std::get_if<Box>(&region_.shape());
+    if (box == nullptr || !reachable_) return region_.nearest_boundary(p);
+    const bool is_inside = box->contains(p);
+    std::optional<Point> nearest;
+    for (int axis = 0; axis < 3; ++axis) {
+        for (const bool at_max : {false, true}) {
+            const Face face{axis, at_max};
+            const double beyond = (at_max ? 1 : -1) * (p[axis] - face_coordinate(*box, face));
+            if (!is_open(faces_, face) || (!is_inside && beyond < 0)) continue;
+            Point entry = p.cwiseMax(reachable_->min).cwiseMin(reachable_->max);
+            entry[axis] = face_coordinate(*box, face);
+            if (!nearest || (entry - p).norm() < (*nearest - p).norm()) nearest = entry;
+        }
+    }
+    if (!nearest) throw std::invalid_argument("the tool is beside a closed face of the workspace: move it above an open one first");
+    return *nearest;
+}
+
 std::vector<Point> Surroundings::path(const Point& from, const Point& to) const {
     if (const auto* ball = std::get_if<Ball>(&region_.shape())) return arc_path(*ball, from, to);
-    return box_path(std::get<Box>(region_.shape()), from, to);
+    return box_path(std::get<Box>(region_.shape()), faces_, from, to);
 }
 
 Box Surroundings::bounds() const {
+    if (reachable_) return *reachable_;
     if (const auto* box = std::get_if<Box>(&region_.shape())) return *box;
     const auto& ball = std::get<Ball>(region_.shape());
     const Vector outer = Vector::Constant(ball.radius / std::cos(kMaxArc / 2));
@@ -148,7 +198,7 @@ double Surroundings::distance(const Point& from, const Point& to) const {
         const int pieces = arc_pieces(angle);
         return 2 * pieces * ball->radius * std::tan(angle / (2 * pieces));
     }
-    return path_length(from, box_path(std::get<Box>(region_.shape()), from, to));
+    return path_length(from, box_path(std::get<Box>(region_.shape()), faces_, from, to));
 }
 
 }  // namespace palpate

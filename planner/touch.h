@@ -8,7 +8,7 @@
 
 namespace palpate {
 
-// One contact with S, in the order of the run.
+// One contact with S, or a place where a known solid bounds it, in the order of the run.
 struct Touch {
     enum class Role {
         crossing,    // on a Voronoi edge; not a sample
@@ -22,6 +22,7 @@ struct Touch {
     Point from = Point::Zero();  // where the probe that found it started
     Role role = Role::crossing;
     std::optional<std::uint32_t> sample;  // its index among the samples
+    bool is_known = false;                // on a known solid: nothing was touched
 };
 
 }  // namespace palpate

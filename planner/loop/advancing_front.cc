@@ -80,10 +80,13 @@ struct AdvancingFront::OpenEdge {
 void AdvancingFront::note_edge(std::uint32_t a, std::uint32_t b, const EdgeTicket& hint) {
     if (a > b) std::swap(a, b);
     const Task task{{a, b, Task::kNoSample}, 0, (state_.sample(a) + state_.sample(b)) / 2, hint};
+    TaskGrid& tasks = is_known(a) && is_known(b) ? on_known_ : tasks_;
     if (!given_up_.contains({a, b}) && state_.count_facets_at(a, b, hint).in_surface == 1) {
-        tasks_.add(task);
+        tasks.add(task);
     } else {
-        tasks_.remove(task);
+        tasks.remove(task);
+        without_motion_.remove(task);
+        with_motion_.remove(task);
     }
 }
 
@@ -365,9 +368,39 @@ std::optional<FrontTouch> AdvancingFront::touch_audited(const Task& task) {
     return touch;
 }
 
+std::optional<AdvancingFront::Taken> AdvancingFront::take_task(const Point& head) {
+    if (const auto task = tasks_.take_nearest(head)) return Taken{*task, &tasks_};
+    if (const auto task = on_known_.take_nearest(head)) return Taken{*task, &on_known_};
+    if (const auto task = without_motion_.take_nearest(looked_)) return Taken{*task, &without_motion_};
+    if (const auto task = with_motion_.take_nearest(head)) return Taken{*task, &with_motion_};
+    return std::nullopt;
+}
+
+bool AdvancingFront::is_far_from_object(const Point& place) const {
+    bool is_far = true;
+    samples_.visit_near(
+        place, [&](std::uint32_t v) { is_far = is_far && ((state_.sample(v) - place).norm() > kRange * options_.epsilon || is_known(v)); });
+    return is_far;
+}
+
+void AdvancingFront::look_up(FrontTouch& touch) const {
+    const Surroundings& surroundings = state_.surroundings();
+    const KnownSolids& known = surroundings.known();
+    const auto enters = [&](const Point& from, const Point& to) { return known.first_entry({from, to}); };
+    std::optional<Point> entry = enters(touch.start, touch.target);
+    if (!entry && touch.under) entry = enters(touch.target, *touch.under);
+    const Point& end = entry ? *entry : touch.target;
+    const bool is_buried = known.is_buried(end);
+    const bool may_assume = is_buried || (surroundings.assumes_clear() && entry);
+    if (!may_assume || !is_far_from_object(end)) return;
+    touch.known = entry;
+    touch.is_buried = is_buried;
+}
+
 std::optional<FrontTouch> AdvancingFront::next(const Point& head) {
     for (; known_ < state_.sample_count(); ++known_) samples_.add(known_, state_.sample(known_));
-    while (const std::optional<Task> task = tasks_.take_nearest(head)) {
+    while (const std::optional<Taken> taken = take_task(head)) {
+        const Task* const task = &taken->task;
         if (task->samples[2] != Task::kNoSample) {
             if (const auto touch = touch_audited(*task)) return touch;
             continue;
@@ -387,7 +420,7 @@ std::optional<FrontTouch> AdvancingFront::next(const Point& head) {
         const double waits = in_doubt ? kDoubtWaits : std::max(0.0, kBonds - (place ? place->bonds : 0.0));
         // More samples around only make an edge wait longer, so that it is enough to look when its turn would come.
         if (waits * options_.epsilon > task->handicap) {
-            tasks_.add({task->samples, edge->attempts, task->at, state_.ticket(edge->facet), waits * options_.epsilon});
+            taken->queue->add({task->samples, edge->attempts, task->at, state_.ticket(edge->facet), waits * options_.epsilon});
             continue;
         }
         std::optional<FrontTouch> touch;
@@ -397,8 +430,16 @@ std::optional<FrontTouch> AdvancingFront::next(const Point& head) {
             given_up_.insert({edge->a, edge->b});
             continue;
         }
+        if (taken->queue != &tasks_) look_up(*touch);
+        const bool needs_motion = !touch->known && !touch->is_buried;
+        if (taken->queue == &on_known_) {
+            (needs_motion ? with_motion_ : without_motion_).add(*task);
+            continue;
+        }
+        if (!needs_motion) looked_ = task->at;
         // Until it is closed.
-        tasks_.add({task->samples, edge->attempts + 1, task->at, state_.ticket(edge->facet), task->handicap});
+        TaskGrid& queue = taken->queue == &tasks_ ? tasks_ : on_known_;
+        queue.add({task->samples, edge->attempts + 1, task->at, state_.ticket(edge->facet), task->handicap});
         return touch;
     }
     return std::nullopt;

@@ -29,6 +29,8 @@ struct FrontTouch {
     std::uint32_t home = 0;
     std::uint32_t interior_of = 0;
     bool audit = false;                     // the edge holds an inferred crossing
+    std::optional<Point> known;             // a known solid begins there, and nobody need go and see
+    bool is_buried = false;                 // where no tool can go, and nothing is met
     std::optional<Point> under;             // where to probe on to if the target is reached: S falls away steeply
     std::optional<FacetView> along;         // the dual edge that is probed; nothing: a new sample
     std::array<std::uint32_t, 3> beside{};  // samples around: the open edge and the third corner of its facet
@@ -44,7 +46,14 @@ public:
     static constexpr double kRange = 3.0;
 
     AdvancingFront(MaintainedDelaunay& state, SurfaceModel& model, const Options& options)
-        : state_(state), model_(model), options_(options), tasks_(2 * options.epsilon), samples_(kRange * options.epsilon) {}
+        : state_(state),
+          model_(model),
+          options_(options),
+          tasks_(2 * options.epsilon),
+          on_known_(2 * options.epsilon),
+          without_motion_(2 * options.epsilon),
+          with_motion_(2 * options.epsilon),
+          samples_(kRange * options.epsilon) {}
 
     // Infers what it can of an edge. True if that puts its facet into Ŝ.
     bool infer(DirectedEdge e);
@@ -68,7 +77,13 @@ public:
     // What to touch next: near to the tool, and where a new sample fits well. Nothing when no open edge is left that a touch near it can
     // close.
     [[nodiscard]] std::optional<FrontTouch> next(const Point& head);
-    [[nodiscard]] std::size_t open_count() const { return tasks_.size(); }
+    // Whether the sample lies on a known solid.
+    [[nodiscard]] bool is_known(std::uint32_t sample) const {
+        return state_.surroundings().known_normal(state_.sample(sample)).has_value();
+    }
+    // Whether all samples that were touched are so far from the place that nothing but known solids is expected there.
+    [[nodiscard]] bool is_far_from_object(const Point& place) const;
+    [[nodiscard]] std::size_t open_count() const { return tasks_.size() + on_known_.size() + without_motion_.size() + with_motion_.size(); }
 
 private:
     struct OpenEdge;
@@ -112,11 +127,24 @@ private:
     [[nodiscard]] std::optional<FrontTouch> touch_ahead(const OpenEdge& edge, const std::optional<Crease>& crease,
                                                         const std::optional<Place>& place, const std::optional<FacetView>& ahead);
     [[nodiscard]] std::optional<FrontTouch> touch_audited(const Task& task);
+    // Answers what known solids answer: where the touch would lead to one, far from the object or where no tool can go.
+    void look_up(FrontTouch& touch) const;
+    // A task, and the queue that it was taken from.
+    struct Taken {
+        Task task;
+        TaskGrid* queue = nullptr;
+    };
+    // First what waits on S itself; then, on known solids, what these answer without motion, and what they do not.
+    [[nodiscard]] std::optional<Taken> take_task(const Point& head);
 
     MaintainedDelaunay& state_;
     SurfaceModel& model_;
     const Options options_;
     TaskGrid tasks_;
+    TaskGrid on_known_;             // both ends on a known solid: not sorted yet into those that need ...
+    TaskGrid without_motion_;       // ... no motion
+    TaskGrid with_motion_;          // ... and some
+    Point looked_ = Point::Zero();  // where it answered last
     std::uint64_t audits_barred_ = 0;
     SampleGrid samples_;
     std::uint32_t known_ = 0;                                     // so many samples are in it

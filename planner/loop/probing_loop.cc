@@ -102,6 +102,7 @@ void ProbingLoop::probe(DirectedEdge e) {
     const std::optional<EdgeSpan> along = state_.span(e);
     if (!along) throw std::logic_error("ProbingLoop: an edge outside the workspace is to be probed");
     if (growth_ && growth_->infer(e)) return walk_.note_crossing(*state_.crossed(e));
+    if (along->starts_on_boundary && !state_.surroundings().is_enterable(along->start_point())) return state_.note_failed(e);
     const NodeId start = space_.start_of(e, *along);
     if (growth_) {
         if (const auto met = growth_->approach(start, state_.facet_samples(e))) {
@@ -150,6 +151,7 @@ void ProbingLoop::note_touches() {
     const std::vector<Touch>& touches = head_.touches();
     for (; touches_noted_ < touches.size(); ++touches_noted_) {
         const Touch& t = touches[touches_noted_];
+        if (t.is_known) continue;
         const Vector way = t.position - t.from;
         if (way.norm() > 0) walls_.note_touch(t.position, way.normalized());
     }
@@ -303,6 +305,7 @@ bool ProbingLoop::refine(const SurfaceBall& ball, Touch::Role role, double spaci
     const auto e = state_.edge_of(ball.id, ball.generation);
     if (!e) return false;
     if (state_.crossing(*e).inferred) {
+        if (growth_->is_known(*e)) return false;
         growth_->distrust(*e);
     } else {
         insert(*e, role, spacing);
@@ -372,6 +375,11 @@ Result ProbingLoop::result() {
     evidence.grazes = result.cost.grazes;
     evidence.seeds_given = !options_.seed_rays.empty();
     evidence.touch_error = traits_.touch_error;
+    const Surroundings& surroundings = state_.surroundings();
+    evidence.has_known_solids = !surroundings.known().empty();
+    evidence.assumes_clear = surroundings.assumes_clear();
+    evidence.known_samples =
+        static_cast<std::size_t>(std::ranges::count_if(head_.touches(), [](const Touch& touch) { return touch.is_known && touch.sample; }));
     result.certificate = certify(options_, result.topology, evidence);
     // A front that a budget stopped has open edges everywhere, and no epsilon would mend them.
     if (stopped_by_.empty()) {
@@ -380,6 +388,7 @@ Result ProbingLoop::result() {
     }
     result.touches = head_.touches();
     result.samples = state_.sample_count();
+    result.known_samples = evidence.known_samples;
     result.lower_bound_samples = lower_bound_samples(surface_area(surface.mesh), options_.epsilon);
     result.lower_bound_displacement = static_cast<double>(result.samples - 1) * options_.epsilon;
     result.mesh = std::move(surface.mesh);

@@ -36,6 +36,7 @@ struct Ray {
     double end = std::numeric_limits<double>::infinity();     // mm from origin: not probed beyond
     double begin = -std::numeric_limits<double>::infinity();  // mm from origin: ω must not lie before it
     bool is_vouched = false;                                  // the user says that it meets the object
+    bool may_be_known = false;                                // what it meets may be a known solid
 };
 
 // What all of seeding works with.
@@ -49,11 +50,13 @@ struct Context {
 std::optional<ProbeHead::Answer> touch(const Context& context, const Ray& ray) {
     const auto chord = context.space.delaunay().surroundings().unknown_part(ray.origin, ray.direction);
     if (!chord || ray.end <= chord->low || chord->high <= ray.begin) return std::nullopt;
-    context.head.go_to(context.space.roadmap().add_on_boundary(ray.origin + chord->low * ray.direction));
+    const Point entry = ray.origin + chord->low * ray.direction;
+    if (!context.space.delaunay().surroundings().is_enterable(entry)) return std::nullopt;
+    context.head.go_to(context.space.roadmap().add_on_boundary(entry));
     const Point target = ray.origin + std::min(ray.end, chord->high) * ray.direction;
     const auto expected = ray.is_vouched ? std::optional(ProbeHead::Expected{target}) : std::nullopt;
     const ProbeHead::Answer answer = context.head.probe({target, kNoNode, ray.end >= chord->high}, Touch::Role::crossing, expected);
-    if (!answer.is_contact()) return std::nullopt;
+    if (!answer.is_contact() || (answer.is_known && !ray.may_be_known)) return std::nullopt;
     return answer;
 }
 
@@ -140,7 +143,8 @@ private:
     void add_others() {
         std::size_t wanted = samples_.size() + kExtraTouches;
         for (int k = 0; k < kMaxRays && (samples_.size() < wanted || !spans_space()); ++k) {
-            const Ray ray = k >= kCentred && k % 4 == 0 ? ray_aside(k) : k % 2 == 0 ? centre_ray(next_ray_++) : ray_below_first_touch(k);
+            Ray ray = k >= kCentred && k % 4 == 0 ? ray_aside(k) : k % 2 == 0 ? centre_ray(next_ray_++) : ray_below_first_touch(k);
+            ray.may_be_known = true;
             const auto first = touch(context_, ray);
             if (first && is_spaced(first->position)) add(*first, ray);
             // A small or thin object may not have that many: after a while, enough is enough.
@@ -219,7 +223,9 @@ bool touch_dual_edge(const Context& context, const SeedFacet& facet) {
     const Vector inwards = outwards(*e).dot(along->line.direction) < 0 ? along->line.direction : Vector(-along->line.direction);
     const auto chord = context.space.delaunay().surroundings().unknown_part(along->line.origin, inwards);
     if (!chord) return false;
-    const NodeId entry = context.space.roadmap().add_on_boundary(along->line.origin + chord->low * inwards);
+    const Point enters = along->line.origin + chord->low * inwards;
+    if (!context.space.delaunay().surroundings().is_enterable(enters)) return false;
+    const NodeId entry = context.space.roadmap().add_on_boundary(enters);
     context.head.go_to(entry);
     const ProbeHead::Answer answer = context.head.probe({along->end_point()});
     if (!answer.is_contact()) return false;

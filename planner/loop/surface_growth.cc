@@ -18,6 +18,8 @@ constexpr double kUseful = 2.0;
 constexpr double kNearFacet = 1.5;
 // Of ε: touches begin so far above S if nothing else is asked for. With 1, 0.35 in place of 0.5: 19 % more, 1 % less way on eight objects.
 constexpr double kStandoff = 0.5;
+// Of ε: what a known solid's face is told as, above and below.
+constexpr double kKnownGap = 1e-6;
 // Of the trust: a facet that is more likely wrong than that is touched. All facets together are far less (planner/README.md).
 constexpr double kPerTrust = 8.0;
 
@@ -115,7 +117,30 @@ std::optional<SurfaceGrowth::Step> SurfaceGrowth::step() {
     return step;
 }
 
+SurfaceGrowth::Step SurfaceGrowth::look_up(const FrontTouch& asked) {
+    if (!asked.known) {
+        if (asked.along) front_.note_missed(asked.along->corners);
+        return Step{};
+    }
+    const Point& at = *asked.known;
+    const CellId near = state_.cell_at(asked.beside[0]);
+    const double distance = (state_.sample(state_.nearest_sample(at, near)) - at).norm();
+    if (criteria_.is_bad(distance, at)) return Step{NewSample{at, near, head_.note_known(at, asked.start)}};
+    if (!asked.along) return Step{};
+    const FacetView& edge = *asked.along;
+    const double height = edge.up.dot(at - edge.line.origin);
+    const double around = kKnownGap * options_.epsilon;
+    if (state_.recorded_state(edge.inwards) != EdgeState::unknown || height - around < edge.bottom || height + around > edge.top) {
+        front_.note_missed(edge.corners);
+        return Step{};
+    }
+    state_.learn_inferred(edge.inwards, edge.at(height + around), edge.at(height - around));
+    front_.note_edges(edge.inwards);
+    return Step{};
+}
+
 SurfaceGrowth::Step SurfaceGrowth::touch(const FrontTouch& asked) {
+    if (asked.known || asked.is_buried) return look_up(asked);
     if (const auto met = travel_.go_to({asked.start, asked.home})) {
         if (asked.audit) note_barred_audit(asked, *met);
         return take_from_way(*met, asked.beside);
@@ -145,10 +170,18 @@ SurfaceGrowth::Step SurfaceGrowth::touch(const FrontTouch& asked) {
     return take(*met, asked.beside);
 }
 
+bool SurfaceGrowth::is_known(DirectedEdge e) const {
+    const auto facet = state_.facet_samples(e);
+    return std::ranges::all_of(facet, [&](std::uint32_t v) { return front_.is_known(v); }) &&
+           front_.is_far_from_object(state_.sample(facet[0]));
+}
+
 bool SurfaceGrowth::begin_audit() {
     if (!can_touch()) return false;
     std::vector<Audit::Facet> inferred;
-    for_each_inferred([&](DirectedEdge e) { inferred.push_back(in_order(state_.facet_samples(e))); });
+    for_each_inferred([&](DirectedEdge e) {
+        if (!is_known(e)) inferred.push_back(in_order(state_.facet_samples(e)));
+    });
     const std::vector<Audit::Facet> drawn = audit_.draw(std::move(inferred), state_.sample_count());
     for (const Audit::Facet& facet : drawn) front_.note_audit(*state_.find_facet(facet[0], facet[1], facet[2]));
     return !drawn.empty();
@@ -255,6 +288,7 @@ void SurfaceGrowth::sweep() {
     if (!plausibility_) return;
     std::vector<DirectedEdge> doubtful;
     for_each_inferred([&](DirectedEdge e) {
+        if (is_known(e)) return;
         const double right = confidence(e);
         if (right == 0 || 1 - right > kPerTrust * options_.trust) doubtful.push_back(e);
     });
@@ -270,6 +304,7 @@ void SurfaceGrowth::lower_all(const Refutation& found) {
 }
 
 double SurfaceGrowth::confidence(DirectedEdge e) const {
+    if (is_known(e)) return 1;
     const std::optional<FacetView> seen = model_.view(e);
     return seen && seen->is_crossed() ? seen->confidence : 0;
 }

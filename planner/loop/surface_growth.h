@@ -51,6 +51,8 @@ public:
     void sweep();
     // Once nothing else is left to do: chooses inferred facets that the next steps touch anyway. False if there are none. Linear time.
     bool begin_audit();
+    // Whether a facet lies on known solids, far from the object: what these show is right.
+    [[nodiscard]] bool is_known(DirectedEdge e) const;
     // An inferred crossing where Ŝ is wrong: only a touch can say now.
     void distrust(DirectedEdge e);
     // The tool found an inferred crossing's edge free.
@@ -79,6 +81,8 @@ private:
     // Whether it asks for touches, or leaves all to the walks.
     [[nodiscard]] bool can_touch() const;
     [[nodiscard]] Step touch(const FrontTouch& asked);
+    // The same where known solids answer: no motion.
+    [[nodiscard]] Step look_up(const FrontTouch& asked);
     void note_barred_audit(const FrontTouch& asked, const NearTravel::Met& met);
     void note_audit(const FrontTouch& asked, const std::optional<ProbeHead::Answer>& contact);
     void note_evidence(const Refutation& refutation);

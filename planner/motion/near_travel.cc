@@ -59,6 +59,7 @@ NodeId NearTravel::door(std::uint32_t sample) {
     // Plausible space becomes smaller where a touch contradicts it.
     if (doors_[sample] != kNoNode && model_.clearance(sample).contains(roadmap_.at(doors_[sample]))) return doors_[sample];
     const NodeId start = head_.start_of_sample(sample);
+    if (start == kNoNode) return kNoNode;  // on a known solid, where the tool never was
     const Point& apex = state_.sample(sample);
     const Vector way = roadmap_.at(start) - apex;
     const double length = way.norm();
@@ -140,13 +141,16 @@ NearTravel::Hop NearTravel::go_round(const Point& goal) {
     const auto chord_out = state_.surroundings().unknown_part(start, out);
     const auto chord_in = state_.surroundings().unknown_part(goal, in);
     if (!chord_out || !chord_in) return {};
+    const Point exit = start + chord_out->high * out;
+    const Point entry = goal + chord_in->high * in;
+    if (!state_.surroundings().is_enterable(exit) || !state_.surroundings().is_enterable(entry)) return {};
     std::optional<Met> met;
     if (!roadmap_.on_boundary(head_.at())) {
-        met = probe(start + chord_out->high * out);
+        met = probe(exit);
         if (!met) head_.stand_at(roadmap_.add_on_boundary(roadmap_.at(head_.at())));
     }
     if (!met) {
-        head_.go_to(roadmap_.add_on_boundary(goal + chord_in->high * in));
+        head_.go_to(roadmap_.add_on_boundary(entry));
         met = probe(goal);
     }
     if (met) ++contacts;

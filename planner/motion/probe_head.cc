@@ -74,6 +74,7 @@ void ProbeHead::follow(const std::vector<Point>& points, bool slowly) {
         const Ground ground = ground_to(*first);
         auto last = first;
         do {
+            require_free_of_known({from, *last});
             from = *last++;
         } while (last != points.end() && ground_to(*last) == ground);
         oracle_.travel({first, last}, ground);
@@ -102,8 +103,16 @@ void ProbeHead::lift(const Point& to) {
 
 // --- asking ----------------------------------------------------------------------------------------------------------
 
+void ProbeHead::require_free_of_known(const Segment& move) const {
+    if (surroundings_.first_known(move)) {
+        throw std::logic_error("ProbeHead: a move from " + point_text(move.source) + " to " + point_text(move.target) +
+                               " leads into a known solid");
+    }
+}
+
 ProbeAnswer ProbeHead::ask(const Point& target, double& way) {
     const Point from = roadmap_.at(at_);
+    require_free_of_known({from, target});
     ProbeAnswer answer = oracle_.probe(target);
     for (int again = 0; answer.outcome == ProbeAnswer::Outcome::vanished && again < kMaxVanished; ++again) {
         if (watch_ && watch_->has_contact()) show_alive({Doubt::vanished, target}, at_);
@@ -140,9 +149,12 @@ ProbeAnswer ProbeHead::ask_expecting(const Point& target, const Expected& expect
 
 ProbeHead::Answer ProbeHead::probe(const Destination& destination, Touch::Role role, const std::optional<Expected>& expected) {
     if (watch_ && watch_->is_due()) show_alive({}, at_);
-    const Point& target = destination.position;
-    ProbeAnswer answer = watch_ && expected ? ask_expecting(target, *expected) : ask(target, cost_.probing);
-    if (answer.outcome == ProbeAnswer::Outcome::clear && watch_ && !expected && watch_->misses_touches()) {
+    const auto known = surroundings_.first_known({roadmap_.at(at_), destination.position});
+    if (known && !known->is_solid) return failed();
+    const Point& target = known ? known->at : destination.position;
+    const bool expects = watch_ && expected && !known;  // what is known is not touched
+    ProbeAnswer answer = expects ? ask_expecting(target, *expected) : ask(target, cost_.probing);
+    if (answer.outcome == ProbeAnswer::Outcome::clear && watch_ && !expects && watch_->misses_touches()) {
         ++cost_.clear;
         ++cost_.checks;
         go_back(answer.position);
@@ -151,16 +163,19 @@ ProbeHead::Answer ProbeHead::probe(const Destination& destination, Touch::Role r
     if (answer.outcome == ProbeAnswer::Outcome::failed) return failed();
     if (answer.outcome == ProbeAnswer::Outcome::contact) return note_touch(answer.position, role);
     ++cost_.clear;
+    if (known) return note_touch(known->at, role, true);
     at_ = roadmap_.add(at_, {answer.position, destination.node, destination.on_boundary});
     return {answer.outcome, answer.position};
 }
 
 std::optional<ProbeHead::Answer> ProbeHead::move_to(const Point& target) {
     if (watch_ && watch_->is_due()) show_alive({}, at_);
-    const ProbeAnswer answer = ask(target, cost_.travel);
+    const auto known = surroundings_.first_known({roadmap_.at(at_), target});
+    if (known && !known->is_solid) return failed();
+    const ProbeAnswer answer = ask(known ? known->at : target, cost_.travel);
     if (answer.outcome == ProbeAnswer::Outcome::failed) return failed();
-    if (answer.outcome == ProbeAnswer::Outcome::contact) {
-        Answer touched = note_touch(answer.position, Touch::Role::crossing);
+    if (answer.outcome == ProbeAnswer::Outcome::contact || known) {
+        Answer touched = note_touch(answer.position, Touch::Role::crossing, answer.outcome != ProbeAnswer::Outcome::contact);
         touched.on_free_way = true;
         return touched;
     }
@@ -168,14 +183,21 @@ std::optional<ProbeHead::Answer> ProbeHead::move_to(const Point& target) {
     return std::nullopt;
 }
 
-ProbeHead::Answer ProbeHead::note_touch(const Point& touched, Touch::Role role) {
-    ++cost_.contact;
-    touches_.push_back({touched, roadmap_.at(at_), role, std::nullopt});
+ProbeHead::Answer ProbeHead::note_touch(const Point& touched, Touch::Role role, bool is_known) {
+    ++(is_known ? cost_.known_contact : cost_.contact);
+    touches_.push_back({touched, roadmap_.at(at_), role, std::nullopt, is_known});
     touch_starts_.push_back(at_);
-    last_touched_ = {at_, touched};
+    if (!is_known) last_touched_ = {at_, touched};
     contact_ = {roadmap_.add(at_, touched), at_};
     at_ = contact_.at;
-    return {ProbeAnswer::Outcome::contact, touched, static_cast<std::uint32_t>(touches_.size() - 1)};
+    return {ProbeAnswer::Outcome::contact, touched, static_cast<std::uint32_t>(touches_.size() - 1), false, is_known};
+}
+
+std::uint32_t ProbeHead::note_known(const Point& at, const Point& from) {
+    ++cost_.known_contact;
+    touches_.push_back({at, from, Touch::Role::crossing, std::nullopt, true});
+    touch_starts_.push_back(kNoNode);
+    return static_cast<std::uint32_t>(touches_.size() - 1);
 }
 
 ProbeHead::Answer ProbeHead::failed() {
@@ -261,7 +283,7 @@ std::optional<ProbeHead::KnownPlace> ProbeHead::nearest_known(const std::vector<
     std::size_t seen = 0;
     for (std::size_t k = touches_.size(); k-- > 0 && seen < kKnownPlaces;) {
         const Touch& touch = touches_[k];
-        if (touch.role == Touch::Role::check || touch.from == touch.position) continue;
+        if (touch.role == Touch::Role::check || touch.is_known || touch.from == touch.position) continue;
         ++seen;
         const auto is_same = [&](const Point& p) { return (p - touch.position).norm() < kSamePlace * watch_->overtravel(); };
         if (std::ranges::any_of(passed_over, is_same)) continue;
@@ -281,7 +303,8 @@ std::optional<ProbeHead::KnownPlace> ProbeHead::nearest_known(const std::vector<
         KnownPlace place{touch_starts_[candidate.touch], touches_[candidate.touch].position};
         double way = roadmap_.short_path(at_, place.from).length;
         const double straight = (roadmap_.at(place.from) - roadmap_.at(at_)).norm();
-        place.straight = straight <= watch_->longest_hop() && way > kDetour * straight;
+        place.straight = straight <= watch_->longest_hop() && way > kDetour * straight &&
+                         !surroundings_.first_known({roadmap_.at(at_), roadmap_.at(place.from)});
         if (place.straight) way = straight;
         way += 2 * (place.position - roadmap_.at(place.from)).norm();
         if (next != kNoNode) way += roadmap_.short_path(place.from, next).length;
@@ -299,6 +322,7 @@ bool ProbeHead::touch_again(const KnownPlace& place) {
     // What is outside ω may be outside the machine's limits.
     if (const auto chord = surroundings_.unknown_part(from, direction))
         target = from + std::min((target - from).norm(), chord->high) * direction;
+    if (const auto known = surroundings_.first_known({from, target})) target = known->at;
     const ProbeAnswer answer = oracle_.probe(target);
     note_check(answer, place.from);
     cost_.probing += (answer.position - from).norm();
@@ -352,7 +376,9 @@ bool ProbeHead::leave_along(const Vector& direction, double& way) {
     const NodeId from = at_;
     const auto chord = surroundings_.unknown_part(roadmap_.at(from), direction);
     if (!chord) return false;
-    const ProbeAnswer answer = ask(roadmap_.at(from) + chord->high * direction, way);
+    const Point exit = roadmap_.at(from) + chord->high * direction;
+    if (!surroundings_.is_enterable(exit) || surroundings_.first_known({roadmap_.at(from), exit})) return false;
+    const ProbeAnswer answer = ask(exit, way);
     if (answer.outcome == ProbeAnswer::Outcome::clear) {
         at_ = roadmap_.add(from, {answer.position, kNoNode, true});
         return true;

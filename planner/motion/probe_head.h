@@ -34,6 +34,7 @@ public:
         Point position = Point::Zero();  // where the tool is now
         std::uint32_t touch = 0;         // number of the touch, with contact
         bool on_free_way = false;        // with contact: where the way should have been free
+        bool is_known = false;           // with contact: nothing was touched, but a known solid begins there
 
         [[nodiscard]] bool is_contact() const { return outcome == ProbeAnswer::Outcome::contact; }
         [[nodiscard]] bool is_failed() const { return outcome == ProbeAnswer::Outcome::failed; }
@@ -46,6 +47,8 @@ public:
     // contact, or at the destination's; after a failure where it was. Throws SilenceError if neither S nor a known place is touched where
     // it should be.
     Answer probe(const Destination& destination, Touch::Role role = Touch::Role::crossing, const std::optional<Expected>& expected = {});
+    // S is known to be there, on a line from `from`: no motion. Returns the number of the touch that stands for it.
+    std::uint32_t note_known(const Point& at, const Point& from);
     // The node where the tool is and that one are at the same place.
     void stand_at(NodeId node);
     // The last contact: where it was, and where the tool came from, straight.
@@ -113,8 +116,10 @@ private:
     [[nodiscard]] Answer failed();
     // Guarded from the node where the tool is to ω's boundary; false, and the tool is where it was, if something is met.
     [[nodiscard]] bool leave_along(const Vector& direction, double& way);
-    // The tool came from `start`, where it was, to S, which becomes a node.
-    Answer note_touch(const Point& touched, Touch::Role role);
+    // The tool came from where it was to S, which becomes a node; `is_known`: to the boundary of a known solid.
+    Answer note_touch(const Point& touched, Touch::Role role, bool is_known = false);
+    // No move leads into a known solid. Throws std::logic_error if that one does.
+    void require_free_of_known(const Segment& move) const;
 
     SurfaceOracle& oracle_;
     const Surroundings surroundings_;

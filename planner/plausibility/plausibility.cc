@@ -29,6 +29,8 @@ constexpr double kAgreeing = 0.5;
 constexpr double kNearestVote = 0.3;
 // The share of a plane's votes that it has whatever way the probe came from.
 constexpr double kBlindVote = 0.7;
+// Of ε: what a known solid's face is told as, above and below.
+constexpr double kKnownGap = 1e-6;
 // How likely a facet is wrong, by its plausibility and by the room that its likeliest crossing has in the ball (of ε): measured on 73,000
 // facets of 15 objects, see planner/README.md.
 constexpr double kWrongBySide = 0.05;
@@ -122,6 +124,7 @@ void Plausibility::fit_normal(std::uint32_t sample) {
         const Vector n = axes.eigenvectors().col(0);
         place.normal = n.dot(place.normal) < 0 ? Vector(-n) : n;
     }
+    if (const auto known = state_.surroundings().known_normal(place.position)) place.normal = *known;
     place.curvature = 0;
     for (const Vector& to : neighbors_) place.curvature = std::max(place.curvature, 2 * std::abs(place.normal.dot(to)) / to.squaredNorm());
 }
@@ -196,6 +199,11 @@ double Plausibility::inferable_radius(std::span<const std::uint32_t> samples, do
 
 Plausibility::Side Plausibility::side(CellId cell, const Point& vertex) const {
     if (state_.is_free(cell)) return {true, 1};
+    const KnownSolids& known = state_.surroundings().known();
+    if (!known.empty()) {
+        if (known.contains(vertex)) return {false, 1};
+        if (known.is_buried(vertex)) return {true, 1};
+    }
     LocalSolid solid;
     double radius = 0;
     double sum = 0;
@@ -218,6 +226,33 @@ Plausibility::Side Plausibility::side(CellId cell, const Point& vertex) const {
     return {height > 0, std::abs(height) / radius};
 }
 
+bool Plausibility::is_on_known(std::span<const std::uint32_t> samples) const {
+    return std::ranges::all_of(samples,
+                               [&](std::uint32_t v) { return state_.surroundings().known_normal(places_[v].position).has_value(); });
+}
+
+void Plausibility::look_up(FacetView& facet, const std::array<Side, 2>& ends, DirectedEdge inwards) const {
+    if (facet.inwards != inwards) {
+        facet.inwards = inwards;
+        facet.up = -facet.up;
+        const double top = facet.top;
+        facet.top = -facet.bottom;
+        facet.bottom = -top;
+    }
+    const auto entry = state_.surroundings().known().first_entry({facet.at(facet.top), facet.at(facet.bottom)});
+    if (!entry) return;
+    const double height = facet.up.dot(*entry - facet.line.origin);
+    const double rho = facet.line.circumradius;
+    const double gap = kKnownGap * epsilon_;
+    if (std::hypot(rho, std::abs(height) + gap) > epsilon_) return;
+    const double wrong = chance_of_error(std::min(ends[0].plausibility, ends[1].plausibility), 1);
+    if (wrong > kMostDoubtful) return;
+    facet.confidence = 1 - wrong;
+    facet.exterior = std::min(height + gap, facet.top);
+    facet.interior = std::max(height - gap, facet.bottom);
+    facet.exterior_of = facet.interior_of = facet.corners[0];
+}
+
 std::optional<FacetView> Plausibility::view(DirectedEdge e) const {
     const std::optional<EdgeSpan> along = state_.span(e);
     if (!along) return std::nullopt;
@@ -233,7 +268,12 @@ std::optional<FacetView> Plausibility::view(DirectedEdge e) const {
     FacetView result = look_along(e, *along, outwards);
     const Side here = along->starts_on_boundary ? Side{true, 1} : side(e.cell, along->start_point());
     const Side there = along->ends_on_boundary ? Side{true, 1} : side(state_.neighbor(e), along->end_point());
-    if (here.is_outside == there.is_outside || here.is_outside != (result.inwards == e)) return result;
+    if (here.is_outside == there.is_outside) return result;
+    if (is_on_known(result.corners)) {
+        look_up(result, {here, there}, here.is_outside ? e : state_.opposite(e));
+        return result;
+    }
+    if (here.is_outside != (result.inwards == e)) return result;
     const auto crossing = solid.crossing(result.line.origin, result.up);
     if (!crossing || crossing->slope < kSteepest) return result;
     // The facet is a chord of S: half way between it and the samples' planes where S is a parabola, on them where it has a crease.

@@ -8,6 +8,7 @@
 // May not live here: bounds and proofs (planner/inference), what to touch (planner/loop).
 #pragma once
 
+#include <array>
 #include <cstdint>
 #include <span>
 #include <utility>
@@ -66,6 +67,10 @@ private:
     };
 
     [[nodiscard]] bool knows(std::uint32_t sample) const { return sample < places_.size() && !places_[sample].outwards.isZero(); }
+    // Whether all lie on known solids.
+    [[nodiscard]] bool is_on_known(std::span<const std::uint32_t> samples) const;
+    // S crosses that edge, between ends on those sides, where a known solid begins.
+    void look_up(FacetView& facet, const std::array<Side, 2>& ends, DirectedEdge inwards) const;
     void fit_normal(std::uint32_t sample);
     // The plane through the origin that most of those points, with those normals of their own, lie near.
     [[nodiscard]] Vector plane_of_most(std::span<const Vector> neighbors, std::span<const Vector> normals, const Vector& outwards) const;

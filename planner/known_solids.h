@@ -1,0 +1,59 @@
+// Solids that are known beforehand, as the tool's reference point meets them: fixtures, grown by the tool (planner/DESIGN.md, "Known
+// solids").
+//
+// The planner wants a closed S. So a table is a plate that ends inside ω, in faces that no tool will ever see; the space around it below
+// its top is taken to be free and never entered. What a tool must not enter is kept apart: whole half-spaces.
+#pragma once
+
+#include <optional>
+#include <span>
+#include <utility>
+#include <vector>
+
+#include "planner/geometry.h"
+
+namespace palpate {
+
+class KnownSolids {
+public:
+    struct Plane {
+        Vector normal = Vector::UnitZ();  // unit, out of the solid
+        double offset = 0.0;              // mm
+
+        [[nodiscard]] double height(const Point& p) const { return normal.dot(p) - offset; }  // mm
+    };
+    // What lies below all of these.
+    using Convex = std::vector<Plane>;
+
+    KnownSolids() = default;
+    // `floors`: nothing moves below these; every solid's faces that a tool can see are above them or on them. `slack` (mm): what is nearer
+    // to a face than that lies on it.
+    KnownSolids(std::vector<Convex> solids, std::vector<Plane> floors, double slack)
+        : solids_(std::move(solids)), floors_(std::move(floors)), slack_(slack) {}
+
+    [[nodiscard]] bool empty() const { return solids_.empty(); }
+    // In a solid, and not on its boundary.
+    [[nodiscard]] bool contains(const Point& p) const;
+    // Below a floor: no place for a tool, whether it is in a solid or not.
+    [[nodiscard]] bool is_buried(const Point& p) const;
+
+    struct Hit {
+        Point at = Point::Zero();
+        // On a solid; else the way goes below a floor beside all solids there.
+        bool is_solid = true;
+    };
+    // Where a straight move first enters what no tool may: at its start if it begins on a boundary and leads into it. Nothing where it only
+    // touches it.
+    [[nodiscard]] std::optional<Hit> first_hit(const Segment& move) const;
+    // Where a line through space that no tool need go first enters a solid.
+    [[nodiscard]] std::optional<Point> first_entry(const Segment& line) const;
+    // Outward unit normal of a solid's face that the point lies on: of the first, where several meet.
+    [[nodiscard]] std::optional<Vector> normal_at(const Point& p) const;
+
+private:
+    std::vector<Convex> solids_;
+    std::vector<Plane> floors_;
+    double slack_ = 0.0;
+};
+
+}  // namespace palpate
