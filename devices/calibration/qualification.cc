@@ -22,8 +22,7 @@ constexpr double kLeastApproach = 0.9;
 constexpr int kMostTurns = 50;
 constexpr double kSettled_mm = 1e-9;
 constexpr double kNothing = 1e-12;
-constexpr double kRounding = 1e-9;    // of unit vectors
-constexpr double kMicrometres = 1e3;  // per mm
+constexpr double kRounding = 1e-9;  // of unit vectors
 
 using Row = Eigen::RowVectorXd;
 
@@ -230,10 +229,10 @@ Qualification qualify(const SphereTouches& touches, const ReferenceSphere& spher
     result.rms_mm = std::sqrt(lobes.residuals.squaredNorm() / static_cast<double>(points.size() - kQualificationUnknowns));
     if (result.rms_mm > kMostMisfit * sigma) {
         throw QualificationError(
-            fmt::format("the probe's map leaves {:.1f} um (RMS) of the touches, more than {:.0f} times the {:.1f} um that repeated touches "
+            fmt::format("the probe's map leaves {:.4f} mm (RMS) of the touches, more than {:.0f} times the {:.4f} mm that repeated touches "
                         "scatter by: see "
                         "that sphere and stylus are tight and clean; a probe whose lobes are that sharp has no map",
-                        result.rms_mm * kMicrometres, kMostMisfit, sigma * kMicrometres));
+                        result.rms_mm, kMostMisfit, sigma));
     }
     result.center = lobes.center;
     result.condition = lobes.condition;

@@ -10,7 +10,7 @@
 namespace palpate {
 
 // ISO 10360-5's 25 directions on the half of a sphere around `axis` (unit): the pole, then rings of 4, 8, 4 and 8 at 67.5, 45, 22.5 and 0
-// degrees above the equator, each turned by 22.5 degrees against the one before. Unit, outwards.
+// degrees above the equator, each turned by 22.5 degrees against the one before (NPL Good Practice Guide 42). Unit, outwards.
 [[nodiscard]] std::vector<Vector> iso_directions(const Vector& axis);
 
 // These, and `count` less 25 more, on a spiral from near the equator to near the pole. REQUIRES: count >= 25.

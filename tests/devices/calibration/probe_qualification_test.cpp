@@ -2,6 +2,8 @@
 
 #include <gtest/gtest.h>
 
+#include "devices/decorators/limited_device.h"
+#include "devices/decorators/multi_touch_device.h"
 #include "devices/errors.h"
 #include "tests/devices/calibration/sphere_device.h"
 #include "tests/devices/message_of.h"
@@ -56,6 +58,23 @@ TEST(ProbeQualification, DrivesAProbeAroundTheSphere) {
         EXPECT_EQ(contacts, 5 + 50 + 5 * 4) << "each is one that was planned";
         EXPECT_GT(device.position().z(), kSphereCenter.z() + kSphere / 2 + kBall) << "ends above the pole";
     }
+}
+
+// As a session has them: every touch measured again, limits around all of it, and sparks on the way.
+TEST(ProbeQualification, DrivesAProbeThroughDecorators) {
+    SphereDevice machine(three_lobes, kStart);
+    int moves = 0;
+    machine.script = [&](const SphereDevice::Move& move, std::optional<double> at) {
+        const double length = (move.target - move.from).norm();
+        return ++moves % 13 == 0 && length > 1 ? std::optional(0.3 * length) : at;
+    };
+    const Box limits{kSaidCenter - Vector(20, 20, 1), kSaidCenter + Vector(20, 20, 40)};
+    LimitedDevice limited(machine, limits, 0.001);
+    MultiTouchDevice device(limited, {.samples = 3}, 0.5);
+    const Qualification q = qualify_probe(device, kReference, test_tool());
+    EXPECT_LE(left_over(q, three_lobes).shape_rms, 0.003);
+    EXPECT_EQ(machine.fast_moves, 0);
+    EXPECT_EQ(unsafe_moves(machine), 0);
 }
 
 TEST(ProbeQualification, AContactOnTheWayEndsIt) {

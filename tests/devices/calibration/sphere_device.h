@@ -24,12 +24,12 @@ inline double gaussian(Random& random) {
 // mm that the tool goes on after the ball has touched a surface with that outward normal, until the probe triggers.
 using Pretravel = std::function<double(const Vector& normal)>;
 
-// Around Z. 40 to 80 um on the equator, three times, and 20 um at the pole.
+// Around Z. 40 to 80 µm on the equator, three times, and 20 µm at the pole.
 inline double three_lobes(const Vector& n) {
     return 0.02 + 0.04 * (n.x() * n.x() + n.y() * n.y()) - 0.02 * (n.x() * n.x() * n.x() - 3 * n.x() * n.y() * n.y());
 }
 
-// All of degrees 2 and 3, and about 1 um of degree 4: 17 um of range.
+// All of degrees 2 and 3, and about 1 µm of degree 4: 17 µm of range.
 inline double measured_lobes(const Vector& n) {
     constexpr std::array<double, 12> kDegrees{0.9, -0.4, -2.1, 0.6, 1.2, 2.4, -0.5, 0.7, 0.8, -0.6, 0.4, 1.1};
     const std::array<double, 12> harmonics = lobing_harmonics(n);
