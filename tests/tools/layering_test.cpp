@@ -26,6 +26,7 @@ const std::map<std::string, std::set<std::string>> kMayInclude = {
     {"planner/motion", {"planner", "planner/delaunay", "planner/inference"}},
     {"planner/loop", {"planner", "planner/delaunay", "planner/inference", "planner/plausibility", "planner/motion"}},
     {"devices", {"planner"}},
+    {"devices/calibration", {"devices", "planner"}},
     {"devices/decorators", {"devices", "planner"}},
     {"devices/grbl", {"devices", "devices/posix", "planner"}},
     {"devices/modbus", {"devices", "devices/posix", "planner"}},
