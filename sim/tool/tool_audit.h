@@ -8,6 +8,26 @@
 
 namespace palpate {
 
+struct ToolAccount {
+    std::uint64_t moves = 0;
+    // Moves that began in it or entered it, deeper than the tolerance. One that does both counts for both.
+    std::uint64_t moves_into_object = 0;
+    std::uint64_t moves_into_fixtures = 0;
+    std::uint64_t unsafe_moves = 0;  // either, each counted once
+    ToolDepth deepest;               // mm
+
+    // Touches of that part of the tool with the object, or with a fixture.
+    [[nodiscard]] std::uint64_t& touches(ToolContact::Part part, ToolContact::Met met) {
+        return touches_.at(static_cast<std::size_t>(part)).at(static_cast<std::size_t>(met));
+    }
+    [[nodiscard]] std::uint64_t touches(ToolContact::Part part, ToolContact::Met met) const {
+        return touches_.at(static_cast<std::size_t>(part)).at(static_cast<std::size_t>(met));
+    }
+
+private:
+    std::array<std::array<std::uint64_t, 2>, 3> touches_{};
+};
+
 // Measures distances along every move (ToolDepths), not the first contact that the tool stops at, so that an error there shows.
 class ToolAudit {
 public:
@@ -17,16 +37,7 @@ public:
     // A straight move of the reference point that was carried out; whether it ended at a touch.
     void record(const Segment& move, bool touched);
 
-    [[nodiscard]] std::uint64_t moves() const { return moves_; }
-    // Moves that began in it or entered it, deeper than the tolerance. One that does both counts for both.
-    [[nodiscard]] std::uint64_t moves_into_object() const { return into_object_; }
-    [[nodiscard]] std::uint64_t moves_into_fixtures() const { return into_fixtures_; }
-    [[nodiscard]] std::uint64_t unsafe_moves() const { return unsafe_; }  // either, each counted once
-    [[nodiscard]] const ToolDepth& deepest() const { return deepest_; }   // mm
-    // Touches of that part of the tool with the object, or with a fixture.
-    [[nodiscard]] std::uint64_t touches(ToolContact::Part part, ToolContact::Met met) const {
-        return touches_.at(static_cast<std::size_t>(part)).at(static_cast<std::size_t>(met));
-    }
+    [[nodiscard]] const ToolAccount& account() const { return account_; }
 
     // mm: far above rounding, and above 1e-9 of the lengths involved, by which a contact may be deeper if it only grazes; far below
     // what a machine resolves.
@@ -35,12 +46,7 @@ public:
 private:
     const ToolDepths& depths_;
     double tolerance_;
-    std::uint64_t moves_ = 0;
-    std::uint64_t into_object_ = 0;
-    std::uint64_t into_fixtures_ = 0;
-    std::uint64_t unsafe_ = 0;
-    ToolDepth deepest_;
-    std::array<std::array<std::uint64_t, 2>, 3> touches_{};
+    ToolAccount account_;
 };
 
 }  // namespace palpate

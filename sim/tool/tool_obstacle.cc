@@ -33,6 +33,13 @@ std::optional<Interval> passage_of(const Segment& s, const Box& box) {
     return within.low < within.high ? std::optional(within) : std::nullopt;
 }
 
+// Where the part's position is if it meets the box.
+Box grown(const Box& box, const ToolPart& part) {
+    const Vector radius = Vector::Constant(part.capsule.radius);
+    return {box.min - part.offset - part.capsule.core.cwiseMax(0.0) - radius,
+            box.max - part.offset - part.capsule.core.cwiseMin(0.0) + radius};
+}
+
 ToolDepths depths_of(const HiddenObject& object, const std::optional<ToolShape>& tool, const std::vector<Fixture>& fixtures) {
     if (tool && object.triangles() == nullptr) {
         throw ObjectError(
@@ -84,15 +91,11 @@ ToolObstacle::ToolObstacle(const HiddenObject& object, const std::optional<ToolS
                                             object.scale()});
     if (tool) {
         impl->world.emplace(*object.triangles(), impl->half_spaces, impl->boxes);
-        Vector low = Vector::Zero();
-        Vector high = Vector::Zero();
-        for (const auto& [part, offset, capsule] : parts_of(*tool)) {
-            const Vector radius = Vector::Constant(capsule.radius);
-            low = low.cwiseMin(offset + capsule.core.cwiseMin(0.0) - radius);
-            high = high.cwiseMax(offset + capsule.core.cwiseMax(0.0) + radius);
+        for (const ToolPart& part : parts_of(*tool)) {
+            const Box box = grown(object.bounds(), part);
+            impl->bounds = {impl->bounds.min.cwiseMin(box.min), impl->bounds.max.cwiseMax(box.max)};
         }
-        impl->bounds = {impl->bounds.min - high, impl->bounds.max - low};
-        impl->scale += (high - low).norm();
+        impl->scale += impl->bounds.diagonal() - object.bounds().diagonal();
     }
     impl_ = std::move(impl);
 }
@@ -138,5 +141,22 @@ double ToolObstacle::depth(const Point& p) const { return impl_->depths.at(p).de
 double ToolObstacle::scale() const { return impl_->scale; }
 
 const Box& ToolObstacle::bounds() const { return impl_->bounds; }
+
+std::vector<Box> ToolObstacle::reachable_bounds() const {
+    std::vector<Box> reachable;
+    const double ball = impl_->tool ? impl_->tool->ball_diameter / 2 : 0.0;
+    for (const ToolPart& part : impl_->tool ? parts_of(*impl_->tool) : std::vector<ToolPart>{ToolPart{}}) {
+        Box box = grown(impl_->object.bounds(), part);
+        for (const HalfSpace& half : impl_->half_spaces) {
+            const double height = half.normal.dot(half.point) + ball;
+            for (int i = 0; i < 3; ++i) {
+                if (half.normal[i] == 1.0) box.min[i] = std::max(box.min[i], height);
+                if (half.normal[i] == -1.0) box.max[i] = std::min(box.max[i], -height);
+            }
+        }
+        if ((box.min.array() < box.max.array()).all()) reachable.push_back(box);
+    }
+    return reachable;
+}
 
 }  // namespace palpate

@@ -42,6 +42,9 @@ public:
 
     // Of the object grown by the tool, without fixtures.
     [[nodiscard]] const Box& bounds() const;
+    // The same for each part of the tool, without what is inside a fixture for the ball: below a table, behind a plane across an axis.
+    // What remains is at least what a workspace contains.
+    [[nodiscard]] std::vector<Box> reachable_bounds() const;
 
 private:
     // Where the segment changes sides; `before`: the side that it comes from, if its source counts.

@@ -190,6 +190,17 @@ TEST(ToolObstacle, BoundsAreThoseOfTheGrownObject) {
     EXPECT_EQ(point.min, object.bounds().min);
 }
 
+TEST(ToolObstacle, WhatIsBelowATableCannotBeReached) {
+    const HiddenObject object(block_with_roof());
+    const std::vector<Box> reachable = ToolObstacle(object, slim_probe(), {Table{-1}}).reachable_bounds();
+    ASSERT_EQ(reachable.size(), 2U) << "the holder is above the part even where the ball is on the table";
+    for (const Box& box : reachable) EXPECT_NEAR(box.min.z(), -0.8, 1e-12);
+    EXPECT_NEAR(reachable[0].max.x(), 1.2, 1e-12);
+    EXPECT_NEAR(reachable[1].max.x(), 1.1, 1e-12);
+    EXPECT_EQ(ToolObstacle(object, slim_probe(), {}).reachable_bounds().size(), 3U);
+    EXPECT_EQ(ToolObstacle(object, std::nullopt, {}).reachable_bounds().front().min, object.bounds().min);
+}
+
 TEST(ToolObstacle, ATallToolIsInsideWhereItsShaftIsThoughItsBallIsNot) {
     const HiddenObject object(block_with_roof());
     const ToolObstacle obstacle(object, slim_probe(), {});
@@ -233,15 +244,15 @@ TEST(MovedTool, TouchesATableWithItsBallAndARoofWithItsStylus) {
     const MoveResult table = device.guarded_move({-3, 0, -5}, Pace::probe);
     EXPECT_EQ(table.outcome, Outcome::contact);
     EXPECT_NEAR(table.position.z(), -0.8, 1e-12);
-    EXPECT_EQ(rig.audit.touches(Part::ball, Met::fixture), 1U);
+    EXPECT_EQ(rig.audit.account().touches(Part::ball, Met::fixture), 1U);
     EXPECT_EQ(device.guarded_move({-3, 0, 1}, Pace::travel).outcome, Outcome::reached);
     const MoveResult roof = device.guarded_move({3, 0, 1}, Pace::probe);
     EXPECT_EQ(roof.outcome, Outcome::contact);
     EXPECT_NEAR(roof.position.x(), 0.4, 1e-12);
-    EXPECT_EQ(rig.audit.touches(Part::stylus, Met::object), 1U);
+    EXPECT_EQ(rig.audit.account().touches(Part::stylus, Met::object), 1U);
     EXPECT_EQ(device.guarded_move({-3, 0, 1}, Pace::travel).outcome, Outcome::reached);
-    EXPECT_EQ(device.unsafe_moves() + rig.audit.unsafe_moves(), 0U);
-    EXPECT_EQ(rig.audit.moves(), 4U);
+    EXPECT_EQ(device.unsafe_moves() + rig.audit.account().unsafe_moves, 0U);
+    EXPECT_EQ(rig.audit.account().moves, 4U);
 }
 
 TEST(MovedTool, StartsAndTargetsInFixturesAreRefusedOrTouched) {
@@ -251,7 +262,7 @@ TEST(MovedTool, StartsAndTargetsInFixturesAreRefusedOrTouched) {
     EXPECT_NEAR(device.guarded_move({-3, 0, -5}, Pace::probe).position.z(), -1, 1e-12);
     EXPECT_EQ(device.guarded_move({-3, 1, -5}, Pace::probe).position.z(), device.position().z()) << "it presses";
     EXPECT_EQ(device.guarded_move({-3, 0, 4}, Pace::travel).outcome, Outcome::reached);
-    EXPECT_EQ(device.unsafe_moves() + rig.audit.unsafe_moves(), 0U);
+    EXPECT_EQ(device.unsafe_moves() + rig.audit.account().unsafe_moves, 0U);
 }
 
 void walk(Rig& rig, Random& random, int moves) {
@@ -271,7 +282,7 @@ void walk(Rig& rig, Random& random, int moves) {
     }
     EXPECT_GT(contacts, moves / 20);
     EXPECT_EQ(device.unsafe_moves(), 0U);
-    EXPECT_EQ(rig.audit.unsafe_moves(), 0U) << rig.audit.deepest().object << ' ' << rig.audit.deepest().fixture;
+    EXPECT_EQ(rig.audit.account().unsafe_moves, 0U) << rig.audit.account().deepest.object << ' ' << rig.audit.account().deepest.fixture;
 }
 
 TEST(MovedTool, RandomWalksEnterNothing) {
@@ -293,8 +304,9 @@ TEST(ToolAudit, CountsWhatAnyPartOfTheToolEnters) {
     const auto counted = [&](const Segment& move) {
         ToolAudit audit(depths);
         audit.record(move, false);
-        EXPECT_EQ(audit.unsafe_moves(), std::min<std::uint64_t>(1, audit.moves_into_object() + audit.moves_into_fixtures()));
-        return std::pair(audit.moves_into_object(), audit.moves_into_fixtures());
+        EXPECT_EQ(audit.account().unsafe_moves,
+                  std::min<std::uint64_t>(1, audit.account().moves_into_object + audit.account().moves_into_fixtures));
+        return std::pair(audit.account().moves_into_object, audit.account().moves_into_fixtures);
     };
     const std::pair<std::uint64_t, std::uint64_t> none{0, 0};
     const std::pair<std::uint64_t, std::uint64_t> part{1, 0};
@@ -317,13 +329,13 @@ TEST(ToolAudit, SeesThatADeviceForgotTheTool) {
     SimulatedDevice forgetful(rig.object, {-3, 0, 4},
                               {.on_move = [&](const Segment& way, bool touched) { rig.audit.record(way, touched); }});
     (void)forgetful.guarded_move({-3, 0, -0.9}, Pace::travel);
-    EXPECT_EQ(rig.audit.moves_into_fixtures(), 1U);
+    EXPECT_EQ(rig.audit.account().moves_into_fixtures, 1U);
     (void)forgetful.guarded_move({-3, 0, 0.5}, Pace::travel);
     (void)forgetful.guarded_move({-0.5, 0, 0.5}, Pace::travel);
-    EXPECT_EQ(rig.audit.moves_into_object(), 0U);
+    EXPECT_EQ(rig.audit.account().moves_into_object, 0U);
     (void)forgetful.guarded_move({-0.5, 0, -3}, Pace::probe);
-    EXPECT_EQ(rig.audit.moves_into_object(), 1U);
-    EXPECT_NEAR(rig.audit.deepest().object, 0.2, 1e-9);
+    EXPECT_EQ(rig.audit.account().moves_into_object, 1U);
+    EXPECT_NEAR(rig.audit.account().deepest.object, 0.2, 1e-9);
     EXPECT_EQ(forgetful.unsafe_moves(), 0U) << "which the audit of a point does not see";
 }
 
@@ -332,11 +344,11 @@ TEST(ToolAudit, AllowsWhatAMachineRunsOn) {
     const ToolDepths depths(object, slim_probe(), {});
     ToolAudit audit(depths, 0.05);
     audit.record({{-0.6, 0, 3}, {-0.6, 0, 0.16}}, true);
-    EXPECT_EQ(audit.unsafe_moves(), 0U);
-    EXPECT_NEAR(audit.deepest().object, 0.04, 1e-12);
-    EXPECT_EQ(audit.touches(Part::ball, Met::object), 1U);
+    EXPECT_EQ(audit.account().unsafe_moves, 0U);
+    EXPECT_NEAR(audit.account().deepest.object, 0.04, 1e-12);
+    EXPECT_EQ(audit.account().touches(Part::ball, Met::object), 1U);
     audit.record({{-0.6, 0, 3}, {-0.6, 0, 0.14}}, true);
-    EXPECT_EQ(audit.unsafe_moves(), 1U);
+    EXPECT_EQ(audit.account().unsafe_moves, 1U);
 }
 
 }  // namespace

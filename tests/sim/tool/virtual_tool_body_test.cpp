@@ -53,10 +53,10 @@ TEST_F(ToolBody, ClosesWhereAnyPartTouchesAndOpensOnTheWayBack) {
     tool.finish();
     EXPECT_NEAR(tool.trigger().value().x(), 0.4, 1e-6);
     EXPECT_EQ(tool.audit().unsafe_moves, 0U);
-    EXPECT_EQ(audit.unsafe_moves(), 0U);
-    EXPECT_EQ(audit.touches(Part::ball, Met::fixture), 1U);
-    EXPECT_EQ(audit.touches(Part::stylus, Met::object), 1U);
-    EXPECT_NEAR(tool.audit().deepest_mm, audit.deepest().deepest(), 0.02);
+    EXPECT_EQ(audit.account().unsafe_moves, 0U);
+    EXPECT_EQ(audit.account().touches(Part::ball, Met::fixture), 1U);
+    EXPECT_EQ(audit.account().touches(Part::stylus, Met::object), 1U);
+    EXPECT_NEAR(tool.audit().deepest_mm, audit.account().deepest.deepest(), 0.02);
 }
 
 TEST_F(ToolBody, AProbeThatIsDeadIsSeenByBothAccounts) {
@@ -68,8 +68,8 @@ TEST_F(ToolBody, AProbeThatIsDeadIsSeenByBothAccounts) {
     tool.finish();
     EXPECT_FALSE(tool.trigger());
     EXPECT_EQ(tool.audit().unsafe_moves, 1U);
-    EXPECT_EQ(audit.moves_into_object(), 1U);
-    EXPECT_EQ(audit.moves_into_fixtures(), 0U);
+    EXPECT_EQ(audit.account().moves_into_object, 1U);
+    EXPECT_EQ(audit.account().moves_into_fixtures, 0U);
 }
 
 TEST_F(ToolBody, BehindGrblTheBallMeetsTheTableAndTheShankTheOverhang) {
@@ -93,9 +93,9 @@ TEST_F(ToolBody, BehindGrblTheBallMeetsTheTableAndTheShankTheOverhang) {
     (void)ask("G0 X-3");
     (void)ask("G4 P0.1");
     EXPECT_EQ(tool.audit().unsafe_moves, 0U);
-    EXPECT_EQ(audit.unsafe_moves(), 0U);
-    EXPECT_EQ(audit.touches(Part::ball, Met::fixture), 1U);
-    EXPECT_EQ(audit.touches(Part::stylus, Met::object), 1U);
+    EXPECT_EQ(audit.account().unsafe_moves, 0U);
+    EXPECT_EQ(audit.account().touches(Part::ball, Met::fixture), 1U);
+    EXPECT_EQ(audit.account().touches(Part::stylus, Met::object), 1U);
 }
 
 }  // namespace
