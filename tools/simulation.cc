@@ -85,7 +85,9 @@ Simulation simulate(const SessionConfig& config, const Scene& scene, const Obser
     SimulatedDeviceOptions device_options;
     std::optional<ToolAudit> audit;
     if (tool) {
-        audit.emplace(tool->depths);
+        // What only grazes may be as deep as the closed form's slack, a share of the lengths involved.
+        audit.emplace(tool->depths, std::max(ToolAudit::kTolerance_mm, 4 * MotionAudit::kDepth * obstacle.scale()));
+        device_options.audit = !config.tool;  // that account is of points
         device_options.on_move = [&](const Segment& way, bool touched) { audit->record(way, touched); };
     }
     SimulatedDevice device(obstacle, start_above(scene.workspace), std::move(device_options));

@@ -39,7 +39,7 @@ public:
 
     [[nodiscard]] const ToolAccount& account() const { return account_; }
 
-    // mm: far above rounding, and above 1e-9 of the lengths involved, by which a contact may be deeper if it only grazes; far below
+    // mm: far above rounding, and above 1e-9 of lengths up to half a metre, by which a contact may be deeper if it only grazes; far below
     // what a machine resolves.
     static constexpr double kTolerance_mm = 1e-6;
 

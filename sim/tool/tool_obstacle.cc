@@ -127,7 +127,7 @@ std::vector<Point> ToolObstacle::changes(const Segment& segment, std::optional<b
     for (const double end : ends) {
         if (end <= last) continue;
         const bool inside = contains(segment.source + 0.5 * (last + end) * way);
-        if (before && *before != inside) points.push_back(segment.source + last * way);
+        if (before && *before != inside) points.emplace_back(segment.source + last * way);
         before = inside;
         last = end;
     }
