@@ -6,8 +6,10 @@
 #include <variant>
 
 #include "config/machine_config.h"
+#include "planner/fixtures.h"
 #include "planner/options.h"
 #include "planner/region.h"
+#include "planner/tool_shape.h"
 #include "sim/objects/object_spec.h"
 
 namespace palpate {
@@ -20,7 +22,9 @@ using WorkspaceSpec = std::variant<AutoWorkspace, Ball, Box>;
 struct SessionConfig {
     std::optional<ObjectSpec> object;      // the hidden object of a simulation or of a virtual machine
     std::optional<MachineConfig> machine;  // to probe with; a simulation needs none
+    std::optional<ToolShape> tool;         // none: a point
     WorkspaceSpec workspace;
+    Fixtures fixtures;  // with a box as workspace only
     Options probing;
 
     // Of the machine; an exact oracle's without one.

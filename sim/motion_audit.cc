@@ -5,12 +5,12 @@
 
 namespace palpate {
 
-bool MotionAudit::deep(const Point& p) const { return object_.contains(p) && object_.distance(p) > kDepth * object_.scale(); }
+bool MotionAudit::deep(const Point& p) const { return obstacle_.depth(p) > kDepth * obstacle_.scale(); }
 
 // Between two crossings a move is on one side of S; a few points of every stretch tell which one, and how deep.
 bool MotionAudit::enters(const Segment& move) const {
     constexpr std::array kShares{0.5, 0.25, 0.75};  // not the ends: those may be on S
-    std::vector<Point> cuts = object_.crossings(move);
+    std::vector<Point> cuts = obstacle_.crossings(move);
     cuts.push_back(move.target);
     Point from = move.source;
     for (const Point& to : cuts) {

@@ -15,9 +15,9 @@ constexpr std::uint64_t kSeed = 1;  // the answer must not depend on a session's
 
 }  // namespace
 
-Region fitting_workspace(const HiddenObject& object) {
-    return Region(Ball{object.bounds().center(), kSpare * object.bounds().diagonal() / 2});
-}
+Region fitting_workspace(const HiddenObject& object) { return fitting_workspace(object.bounds()); }
+
+Region fitting_workspace(const Box& bounds) { return Region(Ball{bounds.center(), kSpare * bounds.diagonal() / 2}); }
 
 std::optional<Point> point_outside(const HiddenObject& object, const Region& workspace) {
     const double clearance = kClearance * workspace.radius();

@@ -8,8 +8,9 @@
 
 namespace palpate {
 
-// A ball around the object's bounds, with a twentieth of its radius to spare.
+// A ball around the object's bounds, or a box, with a twentieth of its radius to spare.
 [[nodiscard]] Region fitting_workspace(const HiddenObject& object);
+[[nodiscard]] Region fitting_workspace(const Box& bounds);
 
 // A point of S outside ω, or nearer to its boundary than kClearance of its radius (the tool passes there), if one is found:
 // none where the bounds are well inside; otherwise 50,000 points of S, uniform by area, and the points of S nearest to far

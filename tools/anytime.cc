@@ -40,8 +40,8 @@ AnytimePoint point_of(const std::string& name, const Strategy& strategy, const S
             r.cost.probes(),
             r.cost.displacement(),
             r.topology.facets,
-            run.truth.hausdorff,
-            run.truth.mean_distance,
+            run.truth->hausdorff,
+            run.truth->mean_distance,
             run.unsafe_moves};
 }
 

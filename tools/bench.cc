@@ -28,7 +28,7 @@ Json to_json(const BenchRow& row) {
             {"euler_characteristic", r.topology.euler_characteristic},
             {"components", r.topology.components},
             {"nonmanifold_edges", r.topology.nonmanifold_edges},
-            {"hausdorff", row.run.truth.hausdorff},
+            {"hausdorff", row.run.truth->hausdorff},
             {"status", to_string(r.certificate.status)},
             {"unsafe_moves", row.run.unsafe_moves},
             {"planner_seconds", row.run.planner_seconds},

@@ -21,6 +21,8 @@ void print_warnings(const HiddenObject& object) {
 }
 
 void warn_of_false_reach(const SessionConfig& config, const HiddenObject& object) {
+    // With a tool another surface is probed, and what its reach is nobody has worked out.
+    if (config.tool || !config.fixtures.solids.empty()) return;
     if (config.probing.reach && object.reach() && *config.probing.reach > *object.reach() * (1 + kRounding)) {
         spdlog::warn("probing.reach = {} mm is more than the object's true reach, {} mm: what the certificate rests on is false",
                      *config.probing.reach, *object.reach());
@@ -29,17 +31,30 @@ void warn_of_false_reach(const SessionConfig& config, const HiddenObject& object
 
 void warn_of_other_truth(const Simulation& run) {
     const Topology& found = run.result.topology;
-    if (found.euler_characteristic != run.truth.euler_characteristic || static_cast<int>(found.components) != run.truth.components) {
+    if (!run.truth) return;
+    const Truth& truth = *run.truth;
+    if (found.euler_characteristic != truth.euler_characteristic || static_cast<int>(found.components) != truth.components) {
         spdlog::warn(
             "the mesh has {} component(s) and Euler characteristic {}, the hidden object {} and {}: make epsilon smaller, or give seed "
             "rays",
-            found.components, found.euler_characteristic, run.truth.components, run.truth.euler_characteristic);
+            found.components, found.euler_characteristic, truth.components, truth.euler_characteristic);
     }
 }
 
 std::string describe_truth(const Simulation& run) {
+    if (!run.truth) {
+        const ToolAccount tool = run.tool.value_or(ToolAccount{});
+        using Part = ToolContact::Part;
+        const auto touches = [&](Part part) {
+            return tool.touches(part, ToolContact::Met::object) + tool.touches(part, ToolContact::Met::fixture);
+        };
+        return fmt::format(
+            "{} unsafe moves, {} into the object and {} into fixtures; {} touches of the ball, {} of the stylus, {} of the holder",
+            run.unsafe_moves, tool.moves_into_object, tool.moves_into_fixtures, touches(Part::ball), touches(Part::stylus),
+            touches(Part::holder));
+    }
     return fmt::format("Euler characteristic {}, {} component(s), Hausdorff distance {:.6g} mm, {} unsafe moves, {} wrong facets",
-                       run.truth.euler_characteristic, run.truth.components, run.truth.hausdorff, run.unsafe_moves,
+                       run.truth->euler_characteristic, run.truth->components, run.truth->hausdorff, run.unsafe_moves,
                        std::ranges::count(run.verdicts, FacetVerdict::wrong));
 }
 

@@ -2,6 +2,9 @@
 
 #include <fmt/format.h>
 
+#include <algorithm>
+#include <utility>
+
 #include "devices/device_oracle.h"
 #include "devices/errors.h"
 #include "devices/timed_oracle.h"
@@ -12,10 +15,25 @@
 namespace palpate {
 namespace {
 
-Region build_workspace(const WorkspaceSpec& spec, const HiddenObject& object) {
+Region build_workspace(const WorkspaceSpec& spec, const Box& bounds) {
     if (const auto* ball = std::get_if<Ball>(&spec)) return Region(*ball);
     if (const auto* box = std::get_if<Box>(&spec)) return Region(*box);
-    return fitting_workspace(object);
+    return fitting_workspace(bounds);
+}
+
+// Throws SetupError unless all that the tool can touch of the object is in the workspace, kClearance of its radius from the boundary.
+void check_inside(const ToolObstacle& obstacle, const Region& workspace) {
+    const double clearance = kClearance * workspace.radius();
+    for (const Box& box : obstacle.reachable_bounds()) {
+        for (unsigned k = 0; k < 8; ++k) {
+            const Point corner((k & 1U ? box.max : box.min).x(), (k & 2U ? box.max : box.min).y(), (k & 4U ? box.max : box.min).z());
+            if (workspace.contains(corner) && (workspace.nearest_boundary(corner) - corner).norm() > clearance) continue;
+            throw SetupError(
+                fmt::format("workspace: not all places where the tool may touch the object are well inside it: they reach from {} to {}; "
+                            "make the workspace larger",
+                            point_text(box.min), point_text(box.max)));
+        }
+    }
 }
 
 // The tool waits on top of the workspace.
@@ -28,8 +46,11 @@ Point start_above(const Region& workspace) {
 Scene build_scene(const SessionConfig& config) {
     if (!config.object) throw SetupError("object: missing; a simulation needs object.mesh or object.shape");
     HiddenObject object(*config.object);
-    Region workspace = build_workspace(config.workspace, object);
-    if (const auto outside = point_outside(object, workspace)) {
+    const std::optional<ToolScene> tool = tool_scene(config, object);
+    Region workspace = build_workspace(config.workspace, tool ? tool->obstacle.bounds() : object.bounds());
+    if (tool) {
+        check_inside(tool->obstacle, workspace);
+    } else if (const auto outside = point_outside(object, workspace)) {
         const Box& bounds = object.bounds();
         throw SetupError(
             fmt::format("workspace: the object is not well inside it: it has a point at {}, outside or at the boundary, where the tool "
@@ -40,14 +61,36 @@ Scene build_scene(const SessionConfig& config) {
     return {std::move(object), std::move(workspace)};
 }
 
+std::optional<ToolScene> tool_scene(const SessionConfig& config, const HiddenObject& object) {
+    if (!config.tool && config.fixtures.solids.empty()) return std::nullopt;
+    ToolObstacle obstacle(object, config.tool, config.fixtures.solids);
+    return ToolScene{std::move(obstacle), ToolDepths(object, config.tool, config.fixtures.solids)};
+}
+
+const Obstacle& obstacle_of(const HiddenObject& object, const std::optional<ToolScene>& tool) {
+    if (tool) return tool->obstacle;
+    return object;
+}
+
 void check_seeds(const SessionConfig& config, const Scene& scene) {
-    SimulatedDevice device(scene.object, start_above(scene.workspace));
+    const std::optional<ToolScene> tool = tool_scene(config, scene.object);
+    SimulatedDevice device(obstacle_of(scene.object, tool), start_above(scene.workspace));
     DeviceOracle oracle(device, config.traits(), DeviceOracle::Positions::exact);
     check_seeds(oracle, scene.workspace, config.probing);
 }
 
 Simulation simulate(const SessionConfig& config, const Scene& scene, const Observer& watcher) {
-    SimulatedDevice device(scene.object, start_above(scene.workspace));
+    const std::optional<ToolScene> tool = tool_scene(config, scene.object);
+    const Obstacle& obstacle = obstacle_of(scene.object, tool);
+    SimulatedDeviceOptions device_options;
+    std::optional<ToolAudit> audit;
+    if (tool) {
+        // What only grazes may be as deep as the closed form's slack, a share of the lengths involved.
+        audit.emplace(tool->depths, std::max(ToolAudit::kTolerance_mm, 4 * MotionAudit::kDepth * obstacle.scale()));
+        device_options.audit = !config.tool;  // that account is of points
+        device_options.on_move = [&](const Segment& way, bool touched) { audit->record(way, touched); };
+    }
+    SimulatedDevice device(obstacle, start_above(scene.workspace), std::move(device_options));
     DeviceOracle device_oracle(device, config.traits(), DeviceOracle::Positions::exact);
     TimedOracle oracle(device_oracle);
     Observer observer;
@@ -56,16 +99,21 @@ Simulation simulate(const SessionConfig& config, const Scene& scene, const Obser
     Seconds checking{0};
     observer.on_inference = [&](const Point& near, const Point& far) {
         const Stopwatch watch(checking);
-        if (scene.object.contains(near) || !scene.object.contains(far)) ++run.wrong_inferences;
+        if (obstacle.contains(near) || !obstacle.contains(far)) ++run.wrong_inferences;
     };
     const auto start = std::chrono::steady_clock::now();
     run.result = probe_surface(oracle, scene.workspace, config.probing, observer);
     const Seconds total = std::chrono::steady_clock::now() - start;
     run.oracle_seconds = oracle.spent().count();
     run.planner_seconds = (total - oracle.spent() - checking).count();
-    run.truth = measure_truth(scene.object, run.result.mesh, TruthSampling{}, config.probing.random_seed);
-    run.verdicts = judge_facets(scene.object, run.result.mesh, run.result.dual_edges, config.probing.epsilon);
     run.unsafe_moves = device.unsafe_moves();
+    if (tool) {
+        run.tool = audit->account();
+        run.unsafe_moves = std::max(run.unsafe_moves, run.tool->unsafe_moves);
+    } else {
+        run.truth = measure_truth(scene.object, run.result.mesh, TruthSampling{}, config.probing.random_seed);
+        run.verdicts = judge_facets(scene.object, run.result.mesh, run.result.dual_edges, config.probing.epsilon);
+    }
     run.moves = device.moves();
     run.distance = device.distance();
     run.machine_time = estimate_machine_time(run.result.cost, config.traits().rates);

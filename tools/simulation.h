@@ -10,6 +10,8 @@
 #include "planner/probe_surface.h"
 #include "sim/facet_truth.h"
 #include "sim/objects/hidden_object.h"
+#include "sim/tool/tool_audit.h"
+#include "sim/tool/tool_obstacle.h"
 #include "sim/truth.h"
 
 namespace palpate {
@@ -23,14 +25,28 @@ struct Scene {
 // Throws SetupError if there is no object to simulate, or it is not inside the workspace; ObjectError on a bad object.
 [[nodiscard]] Scene build_scene(const SessionConfig& config);
 
+// The tool and the fixtures of a configuration, and what they make of the object that they meet.
+struct ToolScene {
+    ToolObstacle obstacle;
+    ToolDepths depths;
+};
+
+// Nothing where the configuration has neither: the object itself is what a point meets. `object` must outlive the result. Throws as
+// ToolObstacle does.
+[[nodiscard]] std::optional<ToolScene> tool_scene(const SessionConfig& config, const HiddenObject& object);
+// What the machine's reference point cannot enter.
+[[nodiscard]] const Obstacle& obstacle_of(const HiddenObject& object, const std::optional<ToolScene>& tool);
+
 // Lets the planner touch its seeds, by ray casting: would simulate() begin? Throws what check_seeds of the planner throws.
 void check_seeds(const SessionConfig& config, const Scene& scene);
 
 struct Simulation {
     Result result;
-    Truth truth;
-    std::vector<FacetVerdict> verdicts;  // by triangle of the result
-    std::uint64_t wrong_inferences = 0;  // crossings that were inferred where the hidden surface has none
+    // With a tool or fixtures another surface than the object's is probed, and there is none.
+    std::optional<Truth> truth;
+    std::vector<FacetVerdict> verdicts;  // by triangle of the result; none without the truth
+    std::optional<ToolAccount> tool;     // with a tool or fixtures
+    std::uint64_t wrong_inferences = 0;  // crossings that were inferred where the surface that is probed has none
     std::uint64_t unsafe_moves = 0;      // counted by the simulator, not by the planner
     std::uint64_t moves = 0;             // likewise
     double distance = 0.0;               // mm, likewise

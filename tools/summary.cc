@@ -123,22 +123,36 @@ const char* to_string(Certificate::Status status) {
     return "";
 }
 
+nlohmann::ordered_json to_json(const ToolAccount& tool) {
+    using Part = ToolContact::Part;
+    using Met = ToolContact::Met;
+    Json touches;
+    for (const auto& [name, part] : {std::pair("ball", Part::ball), std::pair("stylus", Part::stylus), std::pair("holder", Part::holder)}) {
+        touches[name] = {{"object", tool.touches(part, Met::object)}, {"fixture", tool.touches(part, Met::fixture)}};
+    }
+    return {{"moves_into_object", tool.moves_into_object}, {"moves_into_fixtures", tool.moves_into_fixtures}, {"touches", touches}};
+}
+
 std::string to_json(const Simulation& run, double epsilon, const Provenance& provenance) {
     Json json = summarise(run.result, provenance, epsilon, run.planner_seconds, run.oracle_seconds, run.machine_time.count());
-    json["truth"] = {
-        {"hausdorff", number(run.truth.hausdorff)},
-        {"mean_distance", number(run.truth.mean_distance)},
-        {"euler_characteristic", run.truth.euler_characteristic},
-        {"components", run.truth.components},
-        {"area", run.truth.area},
-        {"reach", run.truth.reach ? number(*run.truth.reach) : Json(nullptr)},
-        {"wrong_facets", std::ranges::count(run.verdicts, FacetVerdict::wrong)},
-        {"flipped_facets", std::ranges::count(run.verdicts, FacetVerdict::flip)},
-        {"wrong_inferences", run.wrong_inferences},
-        {"unsafe_moves", run.unsafe_moves},
-        {"moves", run.moves},
-        {"distance", run.distance},
-    };
+    Json& truth = json["truth"] = Json::object();
+    if (run.truth) {
+        truth = {
+            {"hausdorff", number(run.truth->hausdorff)},
+            {"mean_distance", number(run.truth->mean_distance)},
+            {"euler_characteristic", run.truth->euler_characteristic},
+            {"components", run.truth->components},
+            {"area", run.truth->area},
+            {"reach", run.truth->reach ? number(*run.truth->reach) : Json(nullptr)},
+            {"wrong_facets", std::ranges::count(run.verdicts, FacetVerdict::wrong)},
+            {"flipped_facets", std::ranges::count(run.verdicts, FacetVerdict::flip)},
+        };
+    }
+    truth["wrong_inferences"] = run.wrong_inferences;
+    truth["unsafe_moves"] = run.unsafe_moves;
+    truth["moves"] = run.moves;
+    truth["distance"] = run.distance;
+    if (run.tool) truth["tool"] = to_json(*run.tool);
     return json.dump(2) + '\n';
 }
 

@@ -1,6 +1,7 @@
 // summary.json: counts, certificate, times, and what only one kind of run knows (planner/DESIGN.md, "Session folder").
 #pragma once
 
+#include <nlohmann/json_fwd.hpp>
 #include <string>
 
 #include "devices/session/machine_session.h"
@@ -13,6 +14,7 @@ namespace palpate {
 // JSON with the keys of planner/DESIGN.md, "Session folder".
 [[nodiscard]] std::string to_json(const Simulation& run, double epsilon, const Provenance& provenance);
 [[nodiscard]] std::string to_json(const MachineRun& run, double epsilon, const Provenance& provenance);
+[[nodiscard]] nlohmann::ordered_json to_json(const ToolAccount& tool);
 
 [[nodiscard]] const char* to_string(Certificate::Status status);
 [[nodiscard]] const char* to_string(Premise::State state);

@@ -14,6 +14,8 @@
 //                                                Returns whether one was read
 //   word_or_mapping(key, words, held, body)      the same, where a word may stand instead: `held` is to be written. Returns the one read
 //   list(key, length, held, body)                runs body(archive, k) on every mapping of a list; `held`: so many are to be written
+//   wants(held)                                  are keys gone through that are left out where they hold nothing? `held`: they do. Only the
+//                                                writer leaves any out
 //   has(key), require(condition, key, message), require_one_alternative()     for the reader alone: see there
 #pragma once
 
@@ -52,6 +54,7 @@ struct Length {
 
 // An archive that reads nothing has nothing to refuse: what all others than the reader answer to what is for it alone.
 struct ReadsNothing {
+    static bool wants(bool /*held*/) { return true; }
     static bool has(std::string_view /*key*/) { return false; }
     static void require_one_alternative() {}
     static void require(bool /*condition*/, std::string_view /*key*/, std::string_view /*what_and_allowed*/) {}

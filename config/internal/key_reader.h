@@ -34,6 +34,7 @@ public:
                                                const Body& body);
     void list(const Key& key, const Length& length, std::size_t held, const ElementBody& body);
 
+    static bool wants(bool /*held*/) { return true; }
     [[nodiscard]] bool has(std::string_view key) const { return node_->find(key) != nullptr; }
 
     // To call once all keys are read. Both complain about unknown and about missing keys first.

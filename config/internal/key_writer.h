@@ -20,6 +20,7 @@ public:
     using Body = std::function<void(KeyWriter&)>;
     using ElementBody = std::function<void(KeyWriter&, std::size_t)>;
 
+    static bool wants(bool held) { return held; }
     // Throws std::invalid_argument on what YAML cannot hold.
     template <class Field, class Kind>
     void value(const Key& key, const Field& field, const Kind& kind) {

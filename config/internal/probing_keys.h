@@ -1,6 +1,7 @@
 // `workspace:` and `probing:` of a configuration.
 #pragma once
 
+#include <algorithm>
 #include <array>
 #include <optional>
 #include <string_view>
@@ -8,6 +9,7 @@
 
 #include "config/internal/box_keys.h"
 #include "config/internal/kinds.h"
+#include "config/internal/tool_keys.h"
 #include "config/session_config.h"
 #include "config/strategy_names.h"
 #include "planner/options.h"
@@ -32,10 +34,15 @@ void describe(Archive& keys, Box& box) {
 }
 
 template <class Archive>
-void describe(Archive& keys, WorkspaceSpec& workspace) {
+void describe(Archive& keys, WorkspaceSpec& workspace, Fixtures& fixtures) {
     alternative<Ball>(keys, {"ball", "a ball"}, workspace);
     alternative<Box>(keys, {"box", "a box along the axes"}, workspace);
+    if (keys.wants(are_given(fixtures))) describe(keys, fixtures);
     keys.require_one_alternative();
+    const auto* const box = std::get_if<Box>(&workspace);
+    keys.require(box != nullptr || fixtures.solids.empty(), "fixtures", "stand beside a ball; allowed: with workspace.box only");
+    keys.require(box == nullptr || std::ranges::none_of(fixtures.solids, [&](const Fixture& f) { return covers(f, *box); }), "fixtures",
+                 "one of them covers the whole workspace; allowed: those that leave some of workspace.box free");
 }
 
 template <class Archive>

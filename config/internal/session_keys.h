@@ -7,6 +7,7 @@
 #include "config/internal/machine_keys.h"
 #include "config/internal/object_keys.h"
 #include "config/internal/probing_keys.h"
+#include "config/internal/tool_keys.h"
 #include "config/session_config.h"
 
 namespace palpate::yaml {
@@ -19,13 +20,14 @@ void describe(Archive& keys, SessionConfig& config) {
         keys,
         {"machine", "the machine that `palpate probe` drives, and that `palpate vm` imitates", Need::optional, "", "none", Layout::block},
         config.machine);
+    mapping(keys, {"tool", "what the machine touches with; none: a point", Need::optional, "", "none"}, config.tool);
     const bool is_auto = std::holds_alternative<AutoWorkspace>(config.workspace);
     keys.word_or_mapping(
         {"workspace",
          "region that contains the object; everything outside it is free. `auto` is for simulations only: around the hidden object",
-         Need::optional, "", "auto"},
+         Need::optional, "", "auto", are_given(config.fixtures) ? Layout::block : Layout::flow},
         kWorkspaceWords, is_auto ? std::optional<std::size_t>(0) : std::nullopt,
-        [&](Archive& inner) { describe(inner, config.workspace); });
+        [&](Archive& inner) { describe(inner, config.workspace, config.fixtures); });
     mapping(keys, {.name = "probing", .meaning = "the task", .need = Need::required, .layout = Layout::block}, config.probing);
     keys.value({"random_seed", "the same seed and configuration give the same run"}, config.probing.random_seed, Whole{});
 }

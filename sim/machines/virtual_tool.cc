@@ -10,13 +10,13 @@
 
 namespace palpate {
 
-VirtualTool::VirtualTool(const HiddenObject& object, const VirtualToolOptions& options)
-    : object_(object),
+VirtualTool::VirtualTool(const Obstacle& obstacle, const VirtualToolOptions& options)
+    : obstacle_(obstacle),
       options_(options),
       input_(std::make_unique<ProbeInput>()),
       noise_(options.touch_noise_seed),
       place_(options.start - options.origin) {
-    input_->touch(object_.contains(place_), now_);
+    input_->touch(obstacle_.contains(place_), now_);
 }
 
 VirtualTool::~VirtualTool() = default;
@@ -30,7 +30,7 @@ void VirtualTool::start_move(const Point& target, double feed_mm_per_s, Guard gu
     const double length = reach.norm();
     const Vector direction = length > 0.0 ? Vector(reach / length) : Vector::Zero();
     const Trapezoid profile(length, feed_mm_per_s, options_.motion.acceleration_mm_per_s2);
-    motion_ = std::make_unique<ToolMotion>(ToolMotion{way, direction, profile, feed_mm_per_s, guard, now_, stretches_of(object_, way)});
+    motion_ = std::make_unique<ToolMotion>(ToolMotion{way, direction, profile, feed_mm_per_s, guard, now_, stretches_of(obstacle_, way)});
     if (guard == Guard::until_contact) motion_->late = draw_noise();
     // A tool that rests on S lets go of it as it begins to move away.
     if (length > 0.0) input_->touch(motion_->stretches.front().inside, now_);
@@ -63,7 +63,7 @@ void VirtualTool::abort() {
     const double run_on = std::min(speed * speed / (2 * options_.motion.acceleration_mm_per_s2), motion_->whole() - travelled);
     slip_ += run_on * motion_->direction;
     end_motion(travelled + run_on);
-    input_->touch(object_.contains(place_), now_);
+    input_->touch(obstacle_.contains(place_), now_);
 }
 
 void VirtualTool::advance(Seconds time) {
@@ -88,7 +88,7 @@ void VirtualTool::place(const Point& position) {
     assert(!motion_);
     slip_ = Vector::Zero();
     place_ = position - options_.origin;
-    input_->touch(object_.contains(place_), now_);
+    input_->touch(obstacle_.contains(place_), now_);
 }
 
 void VirtualTool::count_from(const Point& position) {
@@ -165,15 +165,16 @@ void VirtualTool::record(const ToolMotion& motion, double distance) {
     double deepest = 0.0;
     for (const Stretch& stretch : motion.stretches) {
         if (!stretch.inside || stretch.from >= distance) continue;
-        deepest = std::max(deepest, deepest_between(object_, motion.way, stretch.from, std::min(stretch.to, distance), step));
+        deepest = std::max(deepest, deepest_between(obstacle_, motion.way, stretch.from, std::min(stretch.to, distance), step));
     }
     ++audit_.moves;
     audit_.distance_mm += distance;
     audit_.deepest_mm = std::max(audit_.deepest_mm, deepest);
-    audit_.deepest_end_mm = std::max(audit_.deepest_end_mm, depth_at(object_, place_));
+    audit_.deepest_end_mm = std::max(audit_.deepest_end_mm, obstacle_.depth(place_));
     if (is_fast(motion) && is_too_deep(deepest)) ++audit_.fast_moves_inside;
     if (motion.guard == Guard::none) ++audit_.unguarded_moves;
     if (is_unsafe(motion, distance, deepest)) ++audit_.unsafe_moves;
+    if (options_.on_move) options_.on_move({motion.way.source, place_}, motion.guard == Guard::until_contact && trigger_);
     const Point end = place_ + options_.origin;
     if (!options_.limits.contains(end, options_.motion.resolution_mm)) ++audit_.outside_limits;
 }
@@ -193,11 +194,11 @@ bool VirtualTool::is_fast(const ToolMotion& motion) const {
 
 bool VirtualTool::is_unsafe(const ToolMotion& motion, double distance, double deepest) const {
     const double resolution = options_.motion.resolution_mm;
-    const bool deeper = deepest > depth_at(object_, motion.way.source) + resolution;
+    const bool deeper = deepest > obstacle_.depth(motion.way.source) + resolution;
     if (motion.guard == Guard::until_contact) return deeper && is_too_deep(deepest);
     const auto enters = [&](const Stretch& stretch) {
         return stretch.inside && stretch.from > 0.0 && stretch.from < distance &&
-               deepest_between(object_, motion.way, stretch.from, std::min(stretch.to, distance), resolution) > resolution;
+               deepest_between(obstacle_, motion.way, stretch.from, std::min(stretch.to, distance), resolution) > resolution;
     };
     return deeper || std::ranges::any_of(motion.stretches, enters);
 }

@@ -1,15 +1,16 @@
-// The tool of a virtual machine: three axes that take time to move and to stop, a probe that closes on the hidden object, and an
+// The tool of a virtual machine: three axes that take time to move and to stop, a probe that closes on what it meets, and an
 // account of its own of all that must not happen. Every virtual controller moves one of these.
 #pragma once
 
 #include <cstdint>
+#include <functional>
 #include <memory>
 #include <optional>
 #include <random>
 
 #include "devices/motion_model.h"
 #include "planner/region.h"
-#include "sim/objects/hidden_object.h"
+#include "sim/objects/obstacle.h"
 
 namespace palpate {
 
@@ -19,13 +20,15 @@ struct ToolMotion;
 struct VirtualToolOptions {
     MotionModel motion;                                             // its feeds are not used: every move brings its own
     Point start = Point::Zero();                                    // mm, machine coordinates
-    Point origin = Point::Zero();                                   // machine coordinates of the hidden object's origin
+    Point origin = Point::Zero();                                   // machine coordinates of the obstacle's origin
     Box limits{Point::Constant(-1000.0), Point::Constant(1000.0)};  // mm, machine coordinates: what the machine can reach
     double probe_feed_mm_per_s = 0.0;                               // what probing may have, for the account; 0: it does not look
     // mm: the probe closes up to so far before or behind S, along the way; every move that a contact ends draws anew. One that closed
     // before S opens as soon as it moves away.
     double touch_noise_mm = 0.0;
     std::uint64_t touch_noise_seed = 1;
+    // Told of every move that has ended: the way that was gone, in the obstacle's coordinates, and whether the probe closed on it.
+    std::function<void(const Segment&, bool)> on_move{};
 };
 
 // What the machine itself saw, whatever the driver thinks (devices/FACTS.md, "Safety floor").
@@ -39,7 +42,7 @@ struct VirtualToolAudit {
     // Moves of any guard that went deeper than the probe gives way, as above, and were commanded faster than probing may be.
     std::uint64_t fast_moves_inside = 0;
     double deepest_mm = 0.0;      // into the solid, past a trigger
-    double deepest_end_mm = 0.0;  // mm: the deepest place inside O where a move ended
+    double deepest_end_mm = 0.0;  // mm: the deepest place inside where a move ended
     double distance_mm = 0.0;
 };
 
@@ -53,8 +56,8 @@ public:
         until_release,  // ends when the probe opens: G38.4, G38.5
     };
 
-    // `object` must outlive the tool.
-    VirtualTool(const HiddenObject& object, const VirtualToolOptions& options);
+    // `obstacle` must outlive the tool.
+    VirtualTool(const Obstacle& obstacle, const VirtualToolOptions& options);
     ~VirtualTool();
     VirtualTool(VirtualTool&&) noexcept;
 
@@ -112,13 +115,13 @@ private:
     [[nodiscard]] Point rounded(const Point& p) const;
     [[nodiscard]] double draw_noise();
 
-    const HiddenObject& object_;
+    const Obstacle& obstacle_;
     VirtualToolOptions options_;
     VirtualToolAudit audit_;
     std::unique_ptr<ProbeInput> input_;
     std::mt19937_64 noise_;
     Seconds now_{0.0};
-    Point place_;                   // in the object's coordinates, where the last move ended
+    Point place_;                   // in the obstacle's coordinates, where the last move ended
     Vector slip_ = Vector::Zero();  // where it really is, less what the steps say
     std::unique_ptr<ToolMotion> motion_;
     std::optional<Point> trigger_;  // by the steps, not rounded

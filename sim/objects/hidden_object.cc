@@ -3,6 +3,8 @@
 #include <algorithm>
 #include <cmath>
 
+#include "sim/objects/internal/flat_shape.h"
+
 namespace palpate {
 namespace {
 
@@ -15,7 +17,14 @@ Object made(const ObjectSpec& spec) {
 
 }  // namespace
 
-HiddenObject::HiddenObject(const ObjectSpec& spec) : object_(made(spec)) {}
+HiddenObject::HiddenObject(const ObjectSpec& spec) : object_(made(spec)) {
+    if (const auto* shape = std::get_if<ShapeSpec>(&spec)) flat_ = triangles_of(*shape);
+}
+
+const TriangleMesh* HiddenObject::triangles() const {
+    if (const auto* mesh = std::get_if<MeshObject>(&object_)) return &mesh->mesh();
+    return flat_ ? &*flat_ : nullptr;
+}
 
 std::optional<Point> HiddenObject::first_hit(const Segment& segment) const {
     return std::visit([&](const auto& o) { return o.first_hit(segment); }, object_);

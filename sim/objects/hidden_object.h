@@ -8,31 +8,29 @@
 
 #include "sim/objects/mesh/mesh_object.h"
 #include "sim/objects/object_spec.h"
+#include "sim/objects/obstacle.h"
 #include "sim/objects/shapes.h"
 
 namespace palpate {
 
-// Movable, not copyable. Const queries may run at the same time on several threads.
-class HiddenObject {
+// As an obstacle: to a tool that is a point. Movable, not copyable. Const queries may run at the same time on several threads.
+class HiddenObject final : public Obstacle {
 public:
     // Throws ObjectError (sim/objects/errors.h) if the spec describes no solid; see Shape and MeshObject.
     explicit HiddenObject(const ObjectSpec& spec);
 
-    // First point of S on the segment from its source, inside or outside. A source on S, up to rounding, may be the hit itself or be
-    // taken to lie on either side: a caller that starts on S decides for itself what to overlook (SimulatedDevice does).
-    [[nodiscard]] std::optional<Point> first_hit(const Segment& segment) const;
-    // All points where the segment passes through S, in order from its source. Points where it only touches S may be among them, and
-    // near its ends those within rounding may be missing.
-    [[nodiscard]] std::vector<Point> crossings(const Segment& segment) const;
-
-    [[nodiscard]] bool contains(const Point& p) const;        // strictly inside
-    [[nodiscard]] double distance(const Point& p) const;      // mm to S, never negative
-    [[nodiscard]] Point closest_point(const Point& p) const;  // of S
+    [[nodiscard]] std::optional<Point> first_hit(const Segment& segment) const override;
+    [[nodiscard]] std::vector<Point> crossings(const Segment& segment) const override;
+    [[nodiscard]] bool contains(const Point& p) const override;
+    [[nodiscard]] double depth(const Point& p) const override { return contains(p) ? distance(p) : 0.0; }  // exact
+    [[nodiscard]] double distance(const Point& p) const;                                                   // mm to S, never negative
+    [[nodiscard]] Point closest_point(const Point& p) const;                                               // of S
 
     [[nodiscard]] const Box& bounds() const;
-    // mm: diagonal of the bounds or distance of their farthest corner from the origin, whichever is larger. Positions are exact
-    // to about 1e-15 of it; tolerances are shares of it.
-    [[nodiscard]] double scale() const;
+    // Diagonal of the bounds or distance of their farthest corner from the origin, whichever is larger.
+    [[nodiscard]] double scale() const override;
+    // Triangles that bound it exactly, counter-clockwise seen from outside; none where it is curved.
+    [[nodiscard]] const TriangleMesh* triangles() const;
     [[nodiscard]] int euler_characteristic() const;
     [[nodiscard]] int components() const;
     [[nodiscard]] std::optional<double> reach() const;  // mm; nothing for a mesh
@@ -41,6 +39,7 @@ public:
 
 private:
     std::variant<Shape, MeshObject> object_;
+    std::optional<TriangleMesh> flat_;  // of a shape
 };
 
 }  // namespace palpate

@@ -77,9 +77,9 @@ std::optional<double> parameter(const Kernel::Segment_3& s, const Kernel::Triang
     return std::nullopt;
 }
 
-// Where the segment enters the box, if it does so by the parameter `latest`. Never misses one: differences and quotients of doubles have
+// Where the segment is in the box, up to the parameter `latest`. Never misses one: differences and quotients of doubles have
 // relative errors of 1e-16, so all parameters that matter, between 0 and 1, are known to a few times that.
-std::optional<double> entry_of(const Point& source, const Vector& way, double latest, const Point& min, const Point& max) {
+std::optional<Interval> passage_of(const Point& source, const Vector& way, double latest, const Point& min, const Point& max) {
     constexpr double kSlack = 1e-14;
     double enter = 0.0;
     double leave = latest;
@@ -96,7 +96,12 @@ std::optional<double> entry_of(const Point& source, const Vector& way, double la
         leave = std::min(leave, std::max(a, b));
     }
     if (enter > leave + kSlack) return std::nullopt;
-    return enter;
+    return Interval{enter, leave};
+}
+
+std::optional<double> entry_of(const Point& source, const Vector& way, double latest, const Point& min, const Point& max) {
+    const auto passage = passage_of(source, way, latest, min, max);
+    return passage ? std::optional(passage->low) : std::nullopt;
 }
 
 // What CGAL's tree traversal calls back: collects parameters of hits, all of them or only the least.
@@ -147,28 +152,37 @@ private:
     std::vector<double> hits_;
 };
 
+std::array<Point, 3> corners_of(const Kernel::Triangle_3& t) { return {from_cgal(t[0]), from_cgal(t[1]), from_cgal(t[2])}; }
+
+// By how much boxes grow for a capsule to meet one where its position is in it.
+struct Growth {
+    explicit Growth(const Capsule& capsule)
+        : below(capsule.core.cwiseMax(0.0) + Vector::Constant(capsule.radius * kRounding)),
+          above((-capsule.core).cwiseMax(0.0) + Vector::Constant(capsule.radius * kRounding)) {}
+
+    static constexpr double kRounding = 1 + 1e-9;
+    Vector below;
+    Vector above;
+};
+
 // The same for a capsule that moves: only the first contact.
 class ContactFinder {
 public:
     using Node = CGAL::AABB_node<Tree::AABB_traits>;
     using Priority = double;
 
-    ContactFinder(const Capsule& capsule, const Segment& move)
-        : capsule_(capsule),
-          move_(move),
-          below_(capsule.core.cwiseMax(0.0) + Vector::Constant(capsule.radius * kRounding)),
-          above_((-capsule.core).cwiseMax(0.0) + Vector::Constant(capsule.radius * kRounding)) {}
+    ContactFinder(const Capsule& capsule, const Segment& move) : capsule_(capsule), move_(move), growth_(capsule) {}
 
     [[nodiscard]] static bool go_further() { return true; }
     void intersection(const Kernel::Segment_3&, const Primitive& primitive) {
-        const Kernel::Triangle_3& t = *primitive.id();
-        const auto at = palpate::first_contact({from_cgal(t[0]), from_cgal(t[1]), from_cgal(t[2])}, capsule_, move_);
+        const auto at = palpate::first_contact(corners_of(*primitive.id()), capsule_, move_);
         if (at && (!first_ || *at < *first_)) first_ = at;
     }
     [[nodiscard]] std::pair<bool, Priority> do_intersect_with_priority(const Kernel::Segment_3&, const Node& node) const {
         const CGAL::Bbox_3 box = node.bbox();
-        const auto entry = entry_of(move_.source, move_.target - move_.source, first_.value_or(1.0),
-                                    Point(box.xmin(), box.ymin(), box.zmin()) - below_, Point(box.xmax(), box.ymax(), box.zmax()) + above_);
+        const auto entry =
+            entry_of(move_.source, move_.target - move_.source, first_.value_or(1.0),
+                     Point(box.xmin(), box.ymin(), box.zmin()) - growth_.below, Point(box.xmax(), box.ymax(), box.zmax()) + growth_.above);
         return {entry.has_value(), entry ? -*entry : 0.0};
     }
     [[nodiscard]] bool do_intersect(const Kernel::Segment_3& s, const Node& node) const {
@@ -177,13 +191,96 @@ public:
     [[nodiscard]] std::optional<double> first() const { return first_; }
 
 private:
-    static constexpr double kRounding = 1 + 1e-9;
-
     const Capsule& capsule_;
     const Segment& move_;
-    const Vector below_;  // what boxes grow by
-    const Vector above_;
+    const Growth growth_;
     std::optional<double> first_;
+};
+
+// All contacts of a capsule that moves: a grown triangle is convex, so there is one interval of each. What lies where others do already is
+// passed over.
+class AllContactsFinder {
+public:
+    using Node = CGAL::AABB_node<Tree::AABB_traits>;
+
+    AllContactsFinder(const Capsule& capsule, const Segment& move, Cover& cover)
+        : capsule_(capsule), move_(move), back_{move.target, move.source}, growth_(capsule), cover_(cover) {}
+
+    [[nodiscard]] static bool go_further() { return true; }
+    void intersection(const Kernel::Segment_3&, const Primitive& primitive) {
+        const std::array<Point, 3> triangle = corners_of(*primitive.id());
+        const auto enter = palpate::first_contact(triangle, capsule_, move_);
+        if (!enter) return;
+        const auto leave = palpate::first_contact(triangle, capsule_, back_);
+        if (leave && *enter < 1 - *leave) cover_.add({*enter, 1 - *leave});
+    }
+    [[nodiscard]] bool do_intersect(const Kernel::Segment_3&, const Node& node) const {
+        const CGAL::Bbox_3 box = node.bbox();
+        const auto passage =
+            passage_of(move_.source, back_.source - move_.source, 1.0, Point(box.xmin(), box.ymin(), box.zmin()) - growth_.below,
+                       Point(box.xmax(), box.ymax(), box.zmax()) + growth_.above);
+        return passage && !cover_.contains(*passage);
+    }
+
+private:
+    const Capsule& capsule_;
+    const Segment& move_;
+    const Segment back_;
+    const Growth growth_;
+    Cover& cover_;
+};
+
+// The least distance from triangles.
+class DistanceFinder {
+public:
+    using Node = CGAL::AABB_node<Tree::AABB_traits>;
+
+    DistanceFinder(const Parallelogram& swept, double within) : swept_(swept), centre_(swept.at(0.5, 0.5)), within_(within) {
+        axes_.reserve(10);
+        for (int i = 0; i < 3; ++i) axes_.push_back(axis(Vector::Unit(i)));
+        axes_.push_back(axis(swept.u.cross(swept.v)));
+        for (int i = 0; i < 3; ++i) {
+            axes_.push_back(axis(Vector::Unit(i).cross(swept.u)));
+            axes_.push_back(axis(Vector::Unit(i).cross(swept.v)));
+        }
+    }
+
+    [[nodiscard]] bool go_further() const { return !found_ || *found_ > 0; }
+    void intersection(const Parallelogram&, const Primitive& primitive) {
+        const double distance = palpate::distance(swept_, corners_of(*primitive.id()));
+        if (distance > within_) return;
+        found_ = within_ = distance;
+    }
+    // No plane across one of the axes separates the box, grown by what is nearest so far, from the parallelogram.
+    [[nodiscard]] bool do_intersect(const Parallelogram&, const Node& node) const {
+        constexpr double kRounding = 1 + 1e-9;
+        const CGAL::Bbox_3 box = node.bbox();
+        const Point min(box.xmin(), box.ymin(), box.zmin());
+        const Point max(box.xmax(), box.ymax(), box.zmax());
+        const Vector between = 0.5 * (min + max) - centre_;
+        const Vector half = kRounding * (0.5 * (max - min) + Vector::Constant(within_));
+        const double rounding = (kRounding - 1) * (min.cwiseAbs() + max.cwiseAbs()).sum() * 1e-5;
+        return std::ranges::all_of(axes_, [&](const Axis& a) {
+            return std::abs(a.direction.dot(between)) <= a.direction.cwiseAbs().dot(half) + a.extent + rounding * a.length;
+        });
+    }
+    [[nodiscard]] std::optional<double> found() const { return found_; }
+
+private:
+    struct Axis {
+        Vector direction;
+        double extent;  // of the parallelogram, half of it
+        double length;
+    };
+    [[nodiscard]] Axis axis(const Vector& d) const {
+        return {d, 0.5 * (std::abs(d.dot(swept_.u)) + std::abs(d.dot(swept_.v))) * (1 + 1e-9), d.norm()};
+    }
+
+    const Parallelogram& swept_;
+    Point centre_;
+    double within_;
+    std::vector<Axis> axes_;
+    std::optional<double> found_;
 };
 
 }  // namespace
@@ -250,6 +347,17 @@ std::optional<double> TriangleTree::first_contact(const Capsule& capsule, const 
     ContactFinder finder(capsule, move);
     impl_->tree.traversal_with_priority(Kernel::Segment_3(to_cgal(move.source), to_cgal(move.target)), finder);
     return finder.first();
+}
+
+void TriangleTree::add_contacts(const Capsule& capsule, const Segment& move, Cover& cover) const {
+    AllContactsFinder finder(capsule, move, cover);
+    impl_->tree.traversal(Kernel::Segment_3(to_cgal(move.source), to_cgal(move.target)), finder);
+}
+
+std::optional<double> TriangleTree::distance(const Parallelogram& swept, double within) const {
+    DistanceFinder finder(swept, within);
+    impl_->tree.traversal(swept, finder);
+    return finder.found();
 }
 
 Point TriangleTree::closest_point(const Point& p) const { return from_cgal(impl_->tree.closest_point(to_cgal(p))); }

@@ -7,6 +7,8 @@
 
 #include "planner/geometry.h"
 #include "sim/objects/capsule_contact.h"
+#include "sim/objects/cover.h"
+#include "sim/objects/parallelogram.h"
 
 namespace palpate {
 
@@ -30,7 +32,13 @@ public:
     // Parameter in [0, 1] along the move at which the capsule first touches a triangle, as capsule_contact.h has it.
     [[nodiscard]] std::optional<double> first_contact(const Capsule& capsule, const Segment& move) const;
 
+    // Adds where along the move, in [0, 1], the capsule touches a triangle: all such places, from first contacts both ways. What only
+    // grazes may be missing.
+    void add_contacts(const Capsule& capsule, const Segment& move, Cover& cover) const;
+
     [[nodiscard]] Point closest_point(const Point& p) const;
+    // mm: to the nearest triangle; nothing if that is farther than `within`. Independent of first_contact.
+    [[nodiscard]] std::optional<double> distance(const Parallelogram& swept, double within) const;
 
 private:
     struct Impl;

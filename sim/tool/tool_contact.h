@@ -31,6 +31,9 @@ public:
     // Nothing if the tool, whose reference point makes that move, meets nothing; at 0 if something is in the tool where it begins. What
     // only touches it there, and is left, does not count. Of parts and bodies that are met at once the first named.
     [[nodiscard]] std::optional<ToolContact> first_contact(const ToolShape& tool, const Segment& move) const;
+    // Where along the move, in [0, 1], some part of the tool touches a boundary, or is in a half-space; in order. Not all that is
+    // forbidden: between two of them a part may be inside a solid as a whole.
+    [[nodiscard]] std::vector<Interval> contacts(const ToolShape& tool, const Segment& move) const;
 
 private:
     TriangleTree object_;

@@ -13,6 +13,7 @@
 #include "devices/posix/serial_port.h"
 #include "devices/session/journaling_device.h"
 #include "sim/machines/grbl/grbl_host.h"
+#include "sim/objects/hidden_object.h"
 
 namespace {
 

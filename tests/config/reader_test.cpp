@@ -83,6 +83,63 @@ TEST_F(Reader, ReadsEveryKeyOfASession) {
     EXPECT_EQ(config.probing.random_seed, std::numeric_limits<std::uint64_t>::max());
 }
 
+TEST_F(Reader, ReadsToolsAndFixtures) {
+    const SessionConfig plain = read(kProbing);
+    EXPECT_FALSE(plain.tool);
+    EXPECT_TRUE(plain.fixtures.solids.empty() && !plain.fixtures.clearance && plain.fixtures.assume_clear);
+    const SessionConfig floating = read("tool: {ball: {diameter: 2}}\n" + kProbing);
+    EXPECT_EQ(floating.tool.value().ball_diameter, 2);
+    EXPECT_FALSE(floating.tool->stylus || floating.tool->holder);
+    EXPECT_EQ(floating.tool->axis, Vector(0, 0, 1));
+    const SessionConfig config = read(
+        "tool:\n  ball: {diameter: 2}\n  stylus: {diameter: 1.5, length: 30, axis: [0, 3, 4]}\n  holder: {diameter: 20, length: 40}\n"
+        "workspace:\n  box: {min: [0, 0, 0], max: [9, 9, 9]}\n"
+        "  fixtures: [{table: {z: 1}}, {box: {min: [0, 0, 1], max: [2, 2, 3]}}, {half_space: {point: [1, 2, 3], normal: [-2, 0, 0]}}]\n"
+        "  clearance: 0.5\n  assume_clear: false\n" +
+        kProbing);
+    EXPECT_EQ(config.tool.value().stylus.value().length, 30);
+    EXPECT_LT((config.tool->axis - Vector(0, 0.6, 0.8)).norm(), 1e-15) << "of length 1, whatever was given";
+    EXPECT_EQ(config.tool->holder.value().diameter, 20);
+    ASSERT_EQ(config.fixtures.solids.size(), 3U);
+    EXPECT_EQ(std::get<Table>(config.fixtures.solids[0]).z, 1);
+    EXPECT_EQ(std::get<Box>(config.fixtures.solids[1]).max, Point(2, 2, 3));
+    EXPECT_EQ(std::get<HalfSpace>(config.fixtures.solids[2]).normal, Vector(-1, 0, 0));
+    EXPECT_EQ(config.fixtures.clearance, 0.5);
+    EXPECT_FALSE(config.fixtures.assume_clear);
+}
+
+TEST_F(Reader, RefusesToolsThatAreNone) {
+    const auto tool = [this](const std::string& value) { return complaint(kProbing + "tool: " + value); };
+    const std::string start = "s.yaml:2: tool";
+    EXPECT_EQ(tool("{}"), start + ".ball: is required; allowed: a mapping of the keys below it");
+    EXPECT_EQ(tool("{ball: {diameter: 0}}"), start + ".ball.diameter: 0 is out of range; allowed: greater than 0, at most 1000000 (mm)");
+    EXPECT_EQ(tool("{ball: {diameter: 1}, stylus: {diameter: 1.1, length: 9}}"),
+              start + ".stylus: is thicker than the ball; allowed: a diameter of at most that of the ball (mm)");
+    EXPECT_EQ(tool("{ball: {diameter: 1}, holder: {diameter: 9, length: 9}}"),
+              start + ".holder: has no stylus that it could hold; allowed: with tool.stylus only");
+    EXPECT_EQ(tool("{ball: {diameter: 1}, stylus: {diameter: 1, length: 9, axis: [0, 0, 0]}}"),
+              start + ".stylus.axis: has no direction; allowed: [x, y, z], not all 0");
+}
+
+TEST_F(Reader, RefusesFixturesThatLeaveNothingAndThoseBesideABall) {
+    const std::string box = "box: {min: [0, 0, 0], max: [1, 1, 1]}";
+    const auto workspace = [this](const std::string& value) { return complaint(kProbing + "workspace: {" + value + "}"); };
+    const std::string start = "s.yaml:2: workspace";
+    EXPECT_EQ(workspace("ball: {center: [0, 0, 0], radius: 1}, fixtures: [{table: {z: -0.5}}]"),
+              start + ".fixtures: stand beside a ball; allowed: with workspace.box only");
+    EXPECT_EQ(workspace("fixtures: [{table: {z: 0}}]"), start + ": holds none of its alternatives; allowed: exactly one of ball, box");
+    const std::string covered =
+        start + ".fixtures: one of them covers the whole workspace; allowed: those that leave some of workspace.box free";
+    EXPECT_EQ(workspace(box + ", fixtures: [{table: {z: 1}}]"), covered);
+    EXPECT_EQ(workspace(box + ", fixtures: [{half_space: {point: [0, 0, 0], normal: [-1, 0, 0]}}]"), covered);
+    EXPECT_EQ(workspace(box + ", fixtures: [{table: {z: 0}}, {box: {min: [-1, -1, -1], max: [1, 1, 1]}}]"), covered);
+    EXPECT_EQ(workspace(box + ", fixtures: [{}]"),
+              start + ".fixtures[0]: holds none of its alternatives; allowed: exactly one of table, box, half_space");
+    EXPECT_EQ(workspace(box + ", fixtures: [{half_space: {point: [0, 0, 0], normal: [0, 0, 0]}}]"),
+              start + ".fixtures[0].half_space.normal: has no direction; allowed: [x, y, z], not all 0");
+    EXPECT_EQ(workspace(box + ", fixtures: [{table: {z: 0.99}}]"), "nothing");
+}
+
 TEST_F(Reader, ReadsWordsForStrategies) {
     EXPECT_EQ(read("probing: {epsilon: 1, strategy: thesis}").probing.strategy, Strategy::thesis());
     EXPECT_EQ(read("probing: {epsilon: 1, strategy: adaptive}").probing.strategy, Strategy::adaptive());
@@ -160,11 +217,11 @@ TEST_F(Reader, RefusesUnknownKeysAndSuggestsNearOnes) {
         "s.yaml:2: probing.epsilom: unknown key; did you mean \"epsilon\"?; allowed: epsilon, reach, strategy, standoff, trust, audit, "
         "seed_rays, refinement_floor, sizing, min_angle, budget");
     EXPECT_EQ(complaint(kProbing + "colour: red\n"),
-              "s.yaml:2: colour: unknown key; allowed: object, machine, workspace, probing, random_seed");
+              "s.yaml:2: colour: unknown key; allowed: object, machine, tool, workspace, probing, random_seed");
     EXPECT_EQ(complaint(kProbing + "workspace: {ball: {centre: [0, 0, 0], radius: 1}}"),
               "s.yaml:2: workspace.ball.centre: unknown key; did you mean \"center\"?; allowed: center, radius");
     EXPECT_EQ(complaint(kProbing + "workspace: {bal: {}}"),
-              "s.yaml:2: workspace.bal: unknown key; did you mean \"ball\"?; allowed: ball, box");
+              "s.yaml:2: workspace.bal: unknown key; did you mean \"ball\"?; allowed: ball, box, fixtures, clearance, assume_clear");
     EXPECT_EQ(shape_complaint("{spere: {radius: 1}}").substr(0, 71),
               "s.yaml:3: object.shape.spere: unknown key; did you mean \"sphere\"?; allo");
     EXPECT_EQ(complaint("probing: {epsilon: 1, strategy: {Refine: eager}}"),
@@ -371,7 +428,7 @@ TEST_F(Reader, ErrorsInOverridesNameTheOverride) {
               "--set probing.epsilon=-1: probing.epsilon: -1 is out of range; allowed: greater than 0, at most 1000000 (mm)");
     EXPECT_EQ(set("probing.epsilom=1").substr(0, 81),
               "--set probing.epsilom=1: probing.epsilom: unknown key; did you mean \"epsilon\"?; a");
-    EXPECT_EQ(set("a.b=1"), "--set a.b=1: a: unknown key; allowed: object, machine, workspace, probing, random_seed");
+    EXPECT_EQ(set("a.b=1"), "--set a.b=1: a: unknown key; allowed: object, machine, tool, workspace, probing, random_seed");
     EXPECT_EQ(set("probing.epsilon={a: 1, a: 2}"), "--set probing.epsilon={a: 1, a: 2}: probing.epsilon.a: is given twice; allowed: once");
     EXPECT_EQ(set("probing.epsilon="), "--set probing.epsilon=: probing.epsilon: is empty; allowed: one YAML document");
     EXPECT_EQ(set("probing.epsilon=[").substr(0, 59), "--set probing.epsilon=[: probing.epsilon: is not valid YAML");

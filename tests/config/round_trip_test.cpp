@@ -178,6 +178,25 @@ probing:
 )");
 }
 
+TEST(Writer, SpellsOutToolsAndFixtures) {
+    const SessionConfig config = read_config_text(
+        "tool: {ball: {diameter: 2}, stylus: {diameter: 1, length: 30}}\n"
+        "workspace: {box: {min: [0, 0, 0], max: [1, 1, 1]}, fixtures: [{table: {z: 0}}, {half_space: {point: [0, 0, 0], normal: [5, 0, "
+        "0]}}]}\n"
+        "probing: {epsilon: 0.1}\n",
+        "s.yaml");
+    EXPECT_THAT(write_config(config), testing::StartsWith(R"(tool: {ball: {diameter: 2}, stylus: {diameter: 1, length: 30, axis: [0, 0, 1]}}
+workspace:
+  box: {min: [0, 0, 0], max: [1, 1, 1]}
+  fixtures:
+    - {table: {z: 0}}
+    - {half_space: {point: [0, 0, 0], normal: [1, 0, 0]}}
+  clearance: null
+  assume_clear: true
+probing:
+)"));
+}
+
 TEST(Writer, SpellsOutControllersThatSpeakModbus) {
     const SessionConfig config = read_config_text(
         "machine: {modbus: {rtu: {path: /dev/ttyS1, parity: odd}, profile: /p.yaml}, limits: {min: [-1, -2, -3], max: [1, 2, 3]}}\n"

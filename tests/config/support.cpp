@@ -96,6 +96,44 @@ WorkspaceSpec random_workspace(Random& random) {
     }
 }
 
+// What is read is scaled to length 1, unless it is that long already.
+Vector any_direction(Random& random) { return any_point(random).stableNormalized().stableNormalized(); }
+
+ToolShape::Shaft any_shaft(Random& random, double diameter) { return {diameter, length(random)}; }
+
+ToolShape random_tool(Random& random) {
+    ToolShape tool;
+    tool.ball_diameter = length(random);
+    if (flip(random)) {
+        tool.stylus = any_shaft(random, tool.ball_diameter);
+        tool.axis = any_direction(random);
+        if (flip(random)) tool.holder = any_shaft(random, length(random));
+    }
+    return tool;
+}
+
+// Next to the workspace, so that none covers it.
+Fixtures random_fixtures(Random& random, const Box& workspace) {
+    Fixtures fixtures;
+    for (std::uint64_t i = random() % 4; i > 0; --i) {
+        const Vector normal = any_direction(random);
+        const Vector outermost = (normal.array() > 0).select(workspace.min, workspace.max);
+        switch (random() % 3) {
+            case 0:
+                fixtures.solids.emplace_back(Table{workspace.min.z()});
+                break;
+            case 1:
+                fixtures.solids.emplace_back(Box{workspace.min - Vector::Ones(), workspace.min});
+                break;
+            default:
+                fixtures.solids.emplace_back(HalfSpace{outermost, normal});
+        }
+    }
+    if (flip(random)) fixtures.clearance = length(random);
+    fixtures.assume_clear = flip(random);
+    return fixtures;
+}
+
 int any_speed(Random& random) {
     constexpr std::array<int, 5> kSpeeds = {1200, 19200, 115200, 921600, 1500000};
     return kSpeeds[random() % kSpeeds.size()];
@@ -172,6 +210,19 @@ public:
         add_all(s.scale, s.at, s.rotate, std::uint64_t{s.repair});
     }
     void add(const AutoWorkspace&) {}
+    void add(const Table& t) { add(t.z); }
+    void add(const HalfSpace& h) { add_all(h.point, h.normal); }
+    void add(const std::optional<double>& value) { add_all(std::uint64_t{value.has_value()}, value.value_or(0.0)); }
+    void add(const std::optional<ToolShape::Shaft>& shaft) {
+        add(std::uint64_t{shaft.has_value()});
+        if (shaft) add_all(shaft->diameter, shaft->length);
+    }
+    void add(const ToolShape& t) { add_all(t.ball_diameter, t.stylus, t.holder, t.axis); }
+    void add(const Fixtures& f) {
+        add(std::uint64_t{f.solids.size()});
+        for (const Fixture& solid : f.solids) add(solid);
+        add_all(f.clearance, std::uint64_t{f.assume_clear});
+    }
     void add(const Ball& b) { add_all(b.center, b.radius); }
     void add(const Box& b) { add_all(b.min, b.max); }
     template <class... Kinds>
@@ -232,7 +283,9 @@ std::vector<std::string> flatten(const SessionConfig& config) {
     if (config.machine) {
         flat.add(*config.machine);
     }
-    flat.add_all(config.workspace, config.probing, config.probing.random_seed);
+    flat.add(std::uint64_t{config.tool.has_value()});
+    if (config.tool) flat.add(*config.tool);
+    flat.add_all(config.workspace, config.fixtures, config.probing, config.probing.random_seed);
     return flat.words();
 }
 
@@ -297,7 +350,9 @@ SessionConfig random_config(std::mt19937_64& random) {
             config.object = random_shape(random, 3);
     }
     if (flip(random)) config.machine = random_machine(random);
+    if (flip(random)) config.tool = random_tool(random);
     config.workspace = random_workspace(random);
+    if (const auto* box = std::get_if<Box>(&config.workspace)) config.fixtures = random_fixtures(random, *box);
     Options& probing = config.probing;
     probing.epsilon = length(random);
     if (flip(random)) {

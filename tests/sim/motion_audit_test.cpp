@@ -4,6 +4,7 @@
 
 #include <filesystem>
 
+#include "sim/objects/hidden_object.h"
 #include "tests/sim/support.h"
 
 namespace palpate {

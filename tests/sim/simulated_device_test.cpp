@@ -6,6 +6,7 @@
 #include <limits>
 
 #include "devices/errors.h"
+#include "sim/objects/hidden_object.h"
 #include "tests/sim/support.h"
 
 namespace palpate {

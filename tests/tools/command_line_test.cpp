@@ -145,6 +145,43 @@ TEST_F(CommandLine, SimulateLeavesACompleteSession) {
     EXPECT_EQ(read("session/mesh.ply"), read("again/mesh.ply"));
 }
 
+TEST_F(CommandLine, SimulateMovesAWholeToolAndComparesNothingWithTheObjectAlone) {
+    write("cube.yaml",
+          "object: {shape: {rounded_box: {size: [4, 4, 4], fillet: 0}}}\ntool: {ball: {diameter: 2}}\nprobing: {epsilon: 1, reach: 0.9}\n");
+    const Outcome outcome = palpate("simulate cube.yaml -o session --no-picture");
+    ASSERT_EQ(outcome.exit_code, 0) << outcome.err;
+    EXPECT_THAT(outcome.out, HasSubstr("0 unsafe moves, 0 into the object and 0 into fixtures; "));
+    const auto summary = nlohmann::json::parse(read("session/summary.json"));
+    EXPECT_EQ(summary.at("euler_characteristic"), 2);
+    EXPECT_EQ(summary.at("truth").at("unsafe_moves"), 0);
+    EXPECT_EQ(summary.at("truth").at("wrong_inferences"), 0);
+    EXPECT_FALSE(summary.at("truth").contains("hausdorff"));
+    EXPECT_GT(summary.at("truth").at("tool").at("touches").at("ball").at("object"), 50);
+    EXPECT_THAT(read("session/config.yaml"), HasSubstr("tool: {ball: {diameter: 2}}\n"));
+    EXPECT_EQ(palpate("bench cube.yaml -o table").exit_code, 2);
+}
+
+TEST_F(CommandLine, CheckTellsOfTheToolAndTheFixtures) {
+    write(
+        "cube.yaml",
+        "object: {shape: {rounded_box: {size: [4, 4, 4], fillet: 0}, at: [0, 0, 2]}}\n"
+        "tool: {ball: {diameter: 2}, stylus: {diameter: 1.5, length: 30}, holder: {diameter: 9, length: 20}}\n"
+        "workspace:\n  box: {min: [-6, -6, -1], max: [6, 6, 9]}\n  fixtures: [{table: {z: 0}}, {box: {min: [4, -2, 0], max: [5, 2, 2]}}]\n"
+        "probing: {epsilon: 1}\n");
+    const Outcome outcome =
+        palpate("check cube.yaml --offline --set 'machine={grbl: {port: /dev/null}, limits: {min: [-20, -20, -20], max: [20, 20, 20]}}'");
+    EXPECT_EQ(outcome.exit_code, 0) << outcome.err;
+    EXPECT_THAT(outcome.out, HasSubstr("tool           ball of 2 mm, stylus of 1.5 x 30 mm towards (0, 0, 1), holder of 9 x 20 mm\n"));
+    EXPECT_THAT(outcome.out,
+                HasSubstr("fixtures       table at z = 0 mm, box (4, -2, 0) mm to (5, 2, 2) mm; nothing but the part stands on them\n"));
+    const Outcome narrow = palpate("check cube.yaml --set workspace.box.max=[6,6,4.5]");
+    EXPECT_EQ(narrow.exit_code, 2);
+    EXPECT_THAT(narrow.err, HasSubstr("workspace: not all places where the tool may touch the object are well inside it"));
+    const Outcome curved = palpate("check cube.yaml --set 'object.shape={sphere: {radius: 2}}'");
+    EXPECT_EQ(curved.exit_code, 2);
+    EXPECT_THAT(curved.err, HasSubstr("object: a tool with a body is simulated on what triangles bound exactly"));
+}
+
 // The same bytes wherever the tree stands, and a tree that is moved still works.
 TEST_F(CommandLine, ASessionNamesItsMeshAsSeenFromItsFolder) {
     for (const std::string tree : {"here", "else/where"}) {

@@ -40,8 +40,8 @@ const std::map<std::string, std::set<std::string>> kMayInclude = {
     {"tools/terminal", {"devices", "devices/session", "planner"}},
     {"tools/view", {"planner"}},
     {"tools",
-     {"tools/terminal", "tools/view", "config", "sim", "sim/objects", "sim/machines", "devices", "devices/decorators", "devices/grbl",
-      "devices/modbus", "devices/posix", "devices/session", "planner"}},
+     {"tools/terminal", "tools/view", "config", "sim", "sim/objects", "sim/tool", "sim/machines", "devices", "devices/decorators",
+      "devices/grbl", "devices/modbus", "devices/posix", "devices/session", "planner"}},
 };
 // The one door from a top folder into the room below it.
 const std::map<std::string, std::set<std::string>> kDoors = {

@@ -130,6 +130,8 @@ TEST(SessionFiles, EveryKeyOfASummaryIsDocumentedAndEveryDocumentedKeyIsWritten)
     Simulation simulation;
     simulation.result.certificate.premises.emplace_back();
     simulation.result.bad_places = simulation.result.thin_places = {place};
+    simulation.truth.emplace();
+    simulation.tool.emplace();
     MachineRun machine;
     machine.result = simulation.result;
     machine.resumptions = {JournalResumption{{1}, {0.5}, 1}};
@@ -147,6 +149,12 @@ TEST(SessionFiles, EveryKeyOfASummaryIsDocumentedAndEveryDocumentedKeyIsWritten)
     const std::set<std::string> expected(rows.begin(), rows.end());
     EXPECT_EQ(expected.size(), rows.size()) << "a key has two rows";
     EXPECT_EQ(written, expected);
+
+    // With a tool nothing is said of the object's surface.
+    simulation.truth.reset();
+    const auto of_tool = nlohmann::json::parse(to_json(simulation, 0.5, of_mesh)).at("truth");
+    EXPECT_FALSE(of_tool.contains("hausdorff") || of_tool.contains("wrong_facets"));
+    EXPECT_TRUE(of_tool.contains("unsafe_moves") && of_tool.contains("tool"));
 
     // What is null instead.
     const auto bare = nlohmann::json::parse(to_json(MachineRun{}, 0.5, Provenance{"0123abcd"}));

@@ -15,6 +15,7 @@
 #include <vector>
 
 #include "sim/machines/grbl/grbl_host.h"
+#include "sim/objects/hidden_object.h"
 
 namespace palpate {
 

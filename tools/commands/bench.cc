@@ -39,6 +39,12 @@ ExitCode run(const BenchCommand& command, Output& output) {
     std::vector<std::pair<SessionConfig, Scene>> scenes;
     for (const auto& file : command.configs) {
         SessionConfig config = read_config(file, command.overrides);
+        if (config.tool || !config.fixtures.solids.empty()) {
+            throw SetupError(
+                fmt::format("{}: tool, workspace.fixtures: results are compared with the object, of which a tool touches "
+                            "something else; leave them out",
+                            file.string()));
+        }
         Scene scene = build_scene(config);
         print_warnings(scene.object);
         warn_of_false_reach(config, scene.object);

@@ -14,9 +14,16 @@
 #include "tools/terminal/probe_proof.h"
 #include "tools/terminal/stop_signals.h"
 #include "tools/terminal/terminal.h"
+#include "tools/tool_text.h"
 
 namespace palpate {
 namespace {
+
+// What is known of the tool and around the part, if anything is.
+void tell_tool(const SessionConfig& config, std::ostream& out) {
+    if (config.tool) out << "tool           " << describe(*config.tool) << '\n';
+    if (!config.fixtures.solids.empty()) out << "fixtures       " << describe(config.fixtures) << '\n';
+}
 
 // What a session would say against the place where the tool is; nothing if it would not, or if nobody knows the place yet.
 std::string start_problem(Machine& machine, const Region& workspace, const Box& limits, const Point& position) {
@@ -38,7 +45,8 @@ ExitCode check_machine(const CheckCommand& command, const SessionConfig& config,
         << "epsilon        " << config.probing.epsilon << " mm; touches are taken to be exact to " << config.traits().touch_error << " mm\n"
         << "stopping       " << stopping_distance(k, k.feeds.travel_mm_per_s) << " mm from travel, "
         << stopping_distance(k, k.feeds.probe_mm_per_s) << " mm from a touch; the probe gives way by " << k.overtravel_mm << " mm\n";
-    if (config.object) (void)HiddenObject(*config.object);
+    tell_tool(config, out);
+    if (config.object) (void)tool_scene(config, HiddenObject(*config.object));
     check_connection(*config.machine);
     if (command.offline) {
         out << "the configuration is good; the machine was not asked\n";
@@ -110,7 +118,9 @@ ExitCode run(const CheckCommand& command, Output& output) {
         << "seeds          "
         << (probing.seed_rays.empty() ? "rays towards the centre of the workspace"
                                       : fmt::format("{} seed ray(s)", probing.seed_rays.size()))
-        << "; they touch the object\nthe configuration is good\n";
+        << "; they touch the object\n";
+    tell_tool(config, out);
+    out << "the configuration is good\n";
     return ExitCode::done;
 }
 

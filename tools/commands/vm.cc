@@ -24,6 +24,7 @@
 #include "tools/session_files.h"
 #include "tools/session_plan.h"
 #include "tools/simulation.h"
+#include "tools/summary.h"
 #include "tools/terminal/stop_signals.h"
 
 namespace palpate {
@@ -55,19 +56,21 @@ VirtualToolOptions tool_options(const SessionConfig& config, const Region& works
     return options;
 }
 
-Json audit_of(const VirtualToolAudit& audit) {
-    return {{"moves", audit.moves},
-            {"unguarded_moves", audit.unguarded_moves},
-            {"outside_limits", audit.outside_limits},
-            {"unsafe_moves", audit.unsafe_moves},
-            {"fast_moves_inside", audit.fast_moves_inside},
-            {"deepest_mm", audit.deepest_mm},
-            {"deepest_end_mm", audit.deepest_end_mm},
-            {"distance_mm", audit.distance_mm}};
+Json audit_of(const VirtualToolAudit& audit, const std::optional<ToolAudit>& body) {
+    Json json{{"moves", audit.moves},
+              {"unguarded_moves", audit.unguarded_moves},
+              {"outside_limits", audit.outside_limits},
+              {"unsafe_moves", audit.unsafe_moves},
+              {"fast_moves_inside", audit.fast_moves_inside},
+              {"deepest_mm", audit.deepest_mm},
+              {"deepest_end_mm", audit.deepest_end_mm},
+              {"distance_mm", audit.distance_mm}};
+    if (body) json["tool"] = to_json(body->account());
+    return json;
 }
 
-void report(const VmCommand& command, const VirtualToolAudit& audit, std::ostream& out) {
-    const std::string text = audit_of(audit).dump(2) + '\n';
+void report(const VmCommand& command, const Json& audit, std::ostream& out) {
+    const std::string text = audit.dump(2) + '\n';
     if (command.audit.empty()) {
         out << text;
     } else {
@@ -144,14 +147,20 @@ int port_of(const std::string& where) {
     return port;
 }
 
-void run_grbl(const VmCommand& command, const HiddenObject& object, const VirtualToolOptions& axes, StopSignals& signals,
-              std::ostream& out) {
-    VirtualTool tool(object, axes);
+// What moves in a machine, and who watches it.
+struct Axes {
+    const Obstacle& obstacle;
+    VirtualToolOptions options;
+    const std::optional<ToolAudit>& body;
+};
+
+void run_grbl(const VmCommand& command, const Axes& axes, StopSignals& signals, std::ostream& out) {
+    VirtualTool tool(axes.obstacle, axes.options);
     VirtualGrblOptions options;
     options.dialect = command.dialect == "grblhal" ? GrblDialect::grblhal : GrblDialect::grbl;
     options.locked = command.locked;
     options.soft_limits = true;
-    options.homed_position = axes.start;
+    options.homed_position = axes.options.start;
     options.spurious_rate = command.spurious;
     options.bounce_rate = command.bounce;
     options.miss_rate = command.miss;
@@ -164,30 +173,29 @@ void run_grbl(const VmCommand& command, const HiddenObject& object, const Virtua
         wait(signals, [&](bool pressed) { host.with([&](VirtualGrbl&) { tool.press(pressed); }); });
     }
     signals.release();
-    report(command, tool.audit(), out);
+    report(command, audit_of(tool.audit(), axes.body), out);
 }
 
-std::unique_ptr<VirtualModbus> start_modbus(const HiddenObject& object, const VirtualModbusOptions& options,
+std::unique_ptr<VirtualModbus> start_modbus(const Obstacle& obstacle, const VirtualModbusOptions& options,
                                             const std::variant<VirtualModbusTcp, VirtualModbusSerial>& where, int unit) {
     try {
-        return std::make_unique<VirtualModbus>(object, options, where, unit);
+        return std::make_unique<VirtualModbus>(obstacle, options, where, unit);
     } catch (const std::system_error& error) {
         throw SetupError(fmt::format("{}: give another port, or end what uses it", error.what()));
     }
 }
 
-void run_modbus(const VmCommand& command, const HiddenObject& object, const VirtualToolOptions& axes, int unit, StopSignals& signals,
-                std::ostream& out) {
+void run_modbus(const VmCommand& command, const Axes& axes, int unit, StopSignals& signals, std::ostream& out) {
     if (command.spurious > 0 || command.bounce > 0 || command.miss > 0 || command.dialect != "grbl") {
         throw SetupError("--spurious, --bounce, --miss and --dialect are of the virtual GRBL controller: leave them out, or give --grbl");
     }
     VirtualModbusOptions options;
-    options.tool = axes;
+    options.tool = axes.options;
     options.homed = !command.locked;
     options.speedup = command.fast ? kSpeedup : 1.0;
     std::variant<VirtualModbusTcp, VirtualModbusSerial> where = VirtualModbusSerial{command.modbus_rtu};
     if (!command.modbus.empty()) where = VirtualModbusTcp{port_of(command.modbus)};
-    const std::unique_ptr<VirtualModbus> machine = start_modbus(object, options, where, unit);
+    const std::unique_ptr<VirtualModbus> machine = start_modbus(axes.obstacle, options, where, unit);
     VirtualModbus& modbus = *machine;
     const ModbusLinkOptions link = modbus.link();
     out << "virtual Modbus controller, unit " << link.unit << ", ";
@@ -197,7 +205,10 @@ void run_modbus(const VmCommand& command, const HiddenObject& object, const Virt
     wait(signals,
          [&](bool pressed) { modbus.with_controller([&](VirtualModbusController& controller) { controller.tool().press(pressed); }); });
     signals.release();
-    report(command, modbus.with_controller([](const VirtualModbusController& controller) { return controller.tool().audit(); }), out);
+    report(command, modbus.with_controller([&](const VirtualModbusController& controller) {
+        return audit_of(controller.tool().audit(), axes.body);
+    }),
+           out);
 }
 
 }  // namespace
@@ -222,12 +233,19 @@ ExitCode run(const VmCommand& command, Output& output) {
     std::optional<LinkOwner> owner;
     if (command.modbus.empty()) owner.emplace(command.grbl.empty() ? command.modbus_rtu : command.grbl);
     const Scene scene = build_scene(config);
-    const VirtualToolOptions axes = tool_options(config, scene.workspace);
+    const std::optional<ToolScene> tool = tool_scene(config, scene.object);
+    std::optional<ToolAudit> body;
+    Axes axes{obstacle_of(scene.object, tool), tool_options(config, scene.workspace), body};
+    if (tool) {
+        const MotionModel& motion = config.machine->motion;
+        body.emplace(tool->depths, motion.overtravel_mm + motion.resolution_mm + ToolAudit::kTolerance_mm);
+        axes.options.on_move = [&body](const Segment& way, bool touched) { body->record(way, touched); };
+    }
     if (command.grbl.empty()) {
         const auto* modbus = std::get_if<ModbusSpec>(&config.machine->connection);
-        run_modbus(command, scene.object, axes, modbus != nullptr ? modbus->link.unit : 1, signals, out);
+        run_modbus(command, axes, modbus != nullptr ? modbus->link.unit : 1, signals, out);
     } else {
-        run_grbl(command, scene.object, axes, signals, out);
+        run_grbl(command, axes, signals, out);
     }
     return ExitCode::done;
 }

@@ -13,7 +13,7 @@ namespace palpate {
 
 // Times are those of the tool.
 struct ToolMotion {
-    Segment way;       // where it really goes, in the object's coordinates
+    Segment way;       // where it really goes, in the obstacle's coordinates
     Vector direction;  // of length 1, or 0 where the way has none
     Trapezoid profile;
     double feed_mm_per_s = 0.0;  // the greatest that it was commanded at

@@ -5,17 +5,17 @@
 
 namespace palpate {
 
-std::vector<Stretch> stretches_of(const HiddenObject& object, const Segment& way) {
+std::vector<Stretch> stretches_of(const Obstacle& obstacle, const Segment& way) {
     const double length = (way.target - way.source).norm();
     std::vector<Stretch> stretches;
-    std::vector<Point> cuts = object.crossings(way);
+    std::vector<Point> cuts = obstacle.crossings(way);
     cuts.push_back(way.target);
     Point last = way.source;
     double from = 0.0;
     for (const Point& cut : cuts) {
         const double to = std::min(length, (cut - way.source).norm());
         // Its middle tells the side; parity would trust that every crossing was found and that none only touches.
-        const bool inside = object.contains(0.5 * (last + cut));
+        const bool inside = obstacle.contains(0.5 * (last + cut));
         if (stretches.empty()) {
             stretches.push_back({0.0, to, inside});
         } else if (stretches.back().inside == inside) {
@@ -29,17 +29,15 @@ std::vector<Stretch> stretches_of(const HiddenObject& object, const Segment& way
     return stretches;
 }
 
-double depth_at(const HiddenObject& object, const Point& p) { return object.contains(p) ? object.distance(p) : 0.0; }
-
-double deepest_between(const HiddenObject& object, const Segment& way, double from, double to, double step) {
+double deepest_between(const Obstacle& obstacle, const Segment& way, double from, double to, double step) {
     constexpr double kMostSteps = 256.0;  // 0.4 % of the way: far finer than what tells a crash from a touch
     const double length = (way.target - way.source).norm();
-    if (length == 0.0) return depth_at(object, way.source);
+    if (length == 0.0) return obstacle.depth(way.source);
     const Vector direction = (way.target - way.source) / length;
     const int steps = static_cast<int>(std::clamp(std::ceil((to - from) / step), 1.0, kMostSteps));
     double deepest = 0.0;
     for (int i = 0; i <= steps; ++i) {
-        deepest = std::max(deepest, depth_at(object, way.source + (from + (to - from) * i / steps) * direction));
+        deepest = std::max(deepest, obstacle.depth(way.source + (from + (to - from) * i / steps) * direction));
     }
     return deepest;
 }

@@ -3,7 +3,7 @@
 
 #include <vector>
 
-#include "sim/objects/hidden_object.h"
+#include "sim/objects/obstacle.h"
 
 namespace palpate {
 
@@ -14,14 +14,11 @@ struct Stretch {
     bool inside = false;
 };
 
-// At least one stretch, however short the way is. `way` is in the object's own coordinates.
-[[nodiscard]] std::vector<Stretch> stretches_of(const HiddenObject& object, const Segment& way);
+// At least one stretch, however short the way is. `way` is in the obstacle's own coordinates.
+[[nodiscard]] std::vector<Stretch> stretches_of(const Obstacle& obstacle, const Segment& way);
 
-// mm below the surface; 0 outside.
-[[nodiscard]] double depth_at(const HiddenObject& object, const Point& p);
-
-// The most of depth_at from `from` to `to` mm along the way, by sampling at both ends and every `step` mm between (wider if that were too
+// The most depth from `from` to `to` mm along the way, by sampling at both ends and every `step` mm between (wider if that were too
 // many samples). Depth changes no faster than place, so it is at most half a step too small.
-[[nodiscard]] double deepest_between(const HiddenObject& object, const Segment& way, double from, double to, double step);
+[[nodiscard]] double deepest_between(const Obstacle& obstacle, const Segment& way, double from, double to, double step);
 
 }  // namespace palpate

@@ -113,13 +113,13 @@ std::unique_ptr<VirtualModbus::Line> VirtualModbus::Line::open(std::variant<Virt
     return line;
 }
 
-VirtualModbus::VirtualModbus(const HiddenObject& object, const VirtualModbusOptions& options,
+VirtualModbus::VirtualModbus(const Obstacle& obstacle, const VirtualModbusOptions& options,
                              std::variant<VirtualModbusTcp, VirtualModbusSerial> where, int unit)
     : where_(std::move(where)),
       unit_(unit),
       line_(Line::open(where_, unit)),
       device_(line_->device()),
-      controller_(object, options),
+      controller_(obstacle, options),
       advanced_to_(clock_.now()),
       thread_([this](const std::stop_token& stop) { serve(stop); }) {}
 

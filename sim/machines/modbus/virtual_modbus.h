@@ -50,10 +50,10 @@ struct AnswerFault {
 
 class VirtualModbus {
 public:
-    // `object` must outlive it. Throws std::system_error if the port cannot be had, ConnectionLost if a pseudo-terminal cannot, and as
+    // `obstacle` must outlive it. Throws std::system_error if the port cannot be had, ConnectionLost if a pseudo-terminal cannot, and as
     // VirtualModbusController does.
-    VirtualModbus(const HiddenObject& object, const VirtualModbusOptions& options,
-                  std::variant<VirtualModbusTcp, VirtualModbusSerial> where, int unit = 1);
+    VirtualModbus(const Obstacle& obstacle, const VirtualModbusOptions& options, std::variant<VirtualModbusTcp, VirtualModbusSerial> where,
+                  int unit = 1);
     ~VirtualModbus();
     VirtualModbus(const VirtualModbus&) = delete;
     VirtualModbus& operator=(const VirtualModbus&) = delete;

@@ -25,8 +25,8 @@ std::uint16_t bits(unsigned value) { return static_cast<std::uint16_t>(value); }
 
 }  // namespace
 
-VirtualModbusController::VirtualModbusController(const HiddenObject& object, const VirtualModbusOptions& options)
-    : options_(options), tool_(object, options.tool), is_homed_(options.homed), drive_state_(kDisabled) {
+VirtualModbusController::VirtualModbusController(const Obstacle& obstacle, const VirtualModbusOptions& options)
+    : options_(options), tool_(obstacle, options.tool), is_homed_(options.homed), drive_state_(kDisabled) {
     const ModbusProfile& profile = options_.profile;
     check_profile(profile);
     std::vector<ModbusSpan> spans{profile.identity};

@@ -50,8 +50,8 @@ enum class MachineFault : std::uint8_t {
 
 class VirtualModbusController {
 public:
-    // `object` must outlive it. Throws std::invalid_argument on a false profile, and if the limits or the start do not fit its registers.
-    VirtualModbusController(const HiddenObject& object, const VirtualModbusOptions& options);
+    // `obstacle` must outlive it. Throws std::invalid_argument on a false profile, and if the limits or the start do not fit its registers.
+    VirtualModbusController(const Obstacle& obstacle, const VirtualModbusOptions& options);
 
     // Nothing if the registers can be read, written; otherwise the number of a Modbus exception: 2 where a register is none of the
     // profile's, or not the host's to write, 6 for a command while the axes move.

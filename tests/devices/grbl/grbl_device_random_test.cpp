@@ -3,6 +3,7 @@
 #include <cmath>
 #include <map>
 
+#include "sim/objects/hidden_object.h"
 #include "tests/devices/grbl/grbl_support.h"
 #include "tests/random.h"
 

@@ -8,6 +8,7 @@
 #include <string>
 #include <vector>
 
+#include "sim/objects/hidden_object.h"
 #include "tests/sim/support.h"
 
 namespace palpate {

@@ -10,6 +10,7 @@
 #include <vector>
 
 #include "sim/machines/grbl/virtual_grbl.h"
+#include "sim/objects/hidden_object.h"
 
 namespace palpate {
 

@@ -13,6 +13,7 @@
 #include <stdexcept>
 
 #include "devices/modbus/modbus_bits.h"
+#include "sim/objects/hidden_object.h"
 
 namespace palpate {
 namespace {

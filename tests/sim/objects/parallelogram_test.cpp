@@ -1,0 +1,93 @@
+#include "sim/objects/parallelogram.h"
+
+#include <gtest/gtest.h>
+
+#include <Eigen/Geometry>
+
+#include "sim/objects/mesh/mesh_file.h"
+#include "sim/objects/triangle_tree.h"
+#include "tests/random.h"
+
+namespace palpate {
+namespace {
+
+using Triangle = std::array<Point, 3>;
+
+double point_distance(const Point& p, const Triangle& t) {
+    const Vector n = (t[1] - t[0]).cross(t[2] - t[0]);
+    bool is_over = true;
+    double nearest = std::numeric_limits<double>::infinity();
+    for (std::size_t i = 0; i < 3; ++i) {
+        const Point& a = t.at(i);
+        const Point& b = t.at((i + 1) % 3);
+        is_over = is_over && n.dot((b - a).cross(p - a)) >= 0;
+        nearest = std::min(nearest, distance_to({a, b}, p));
+    }
+    return is_over ? std::min(nearest, std::abs(n.normalized().dot(p - t[0]))) : nearest;
+}
+
+// The distance of its points is a convex function of both coordinates: thirds of either can be left out.
+template <typename Function>
+double least(const Function& f) {
+    double low = 0;
+    double high = 1;
+    for (int k = 0; k < 50; ++k) {
+        const double a = low + (high - low) / 3;
+        const double b = high - (high - low) / 3;
+        (f(a) < f(b) ? high : low) = f(a) < f(b) ? b : a;
+    }
+    return f((low + high) / 2);
+}
+
+double searched(const Parallelogram& p, const Triangle& t) {
+    return least([&](double s) { return least([&](double r) { return point_distance(p.at(s, r), t); }); });
+}
+
+Parallelogram random_one(Random& random) {
+    Parallelogram p{random.in_box(Point::Constant(-1.5), Point::Constant(1.5)), 3 * random.direction(), 3 * random.direction()};
+    if (random.chance(0.2)) p.u = Vector::Zero();
+    if (random.chance(0.2)) p.v = Vector::Zero();
+    if (random.chance(0.1)) p.v = -0.7 * p.u;
+    return p;
+}
+
+TEST(Parallelogram, DistanceIsThatOfTheNearestPoints) {
+    Random random(5);
+    int meet = 0;
+    for (int k = 0; k < 400; ++k) {
+        Triangle t;
+        for (Point& p : t) p = random.in_box(Point::Constant(-2), Point::Constant(2));
+        Parallelogram p = random_one(random);
+        if (random.chance(0.1)) p.u = t[1] - t[0];  // along an edge
+        const double found = distance(p, t);
+        EXPECT_NEAR(found, searched(p, t), 1e-6) << k;
+        meet += found == 0 ? 1 : 0;
+    }
+    EXPECT_GT(meet, 40);
+    EXPECT_LT(meet, 300);
+}
+
+TEST(TriangleTree, FindsTheNearestOfAllTrianglesWithinReach) {
+    const TriangleMesh bunny = read_triangles(PALPATE_TEST_DATA "/bunny.off");
+    const TriangleTree tree(bunny);
+    Random random(17);
+    int near = 0;
+    for (int k = 0; k < 200; ++k) {
+        Parallelogram p = random_one(random);
+        p.corner = Point(0, 5, 0) + 6 * random.direction();
+        const double within = random.uniform(0.01, 2);
+        double least = std::numeric_limits<double>::infinity();
+        for (const auto& [a, b, c] : bunny.triangles)
+            least = std::min(least, distance(p, {bunny.points[a], bunny.points[b], bunny.points[c]}));
+        const auto found = tree.distance(p, within);
+        ASSERT_EQ(found.has_value(), least <= within) << k;
+        if (found) {
+            EXPECT_EQ(*found, least) << k;
+        }
+        near += found ? 1 : 0;
+    }
+    EXPECT_GT(near, 40);
+}
+
+}  // namespace
+}  // namespace palpate
