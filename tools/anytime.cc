@@ -48,7 +48,7 @@ AnytimePoint point_of(const std::string& name, const Strategy& strategy, const S
 template <typename Probe>
 AnytimePoint measure_baseline(const std::string& name, const char* method, const SessionConfig& config, const Scene& scene,
                               const Probe& probe) {
-    const Region& workspace = scene.workspace;
+    const Region& workspace = scene.workspace.region();
     SimulatedDevice device(scene.object, workspace.nearest_boundary(workspace.center() + 2 * workspace.radius() * Vector::UnitZ()));
     DeviceOracle oracle(device);
     const BaselineResult run = probe(oracle, workspace);

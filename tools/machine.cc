@@ -11,6 +11,7 @@
 #include "devices/modbus/modbus_machine.h"
 #include "planner/number_text.h"
 #include "tools/session_plan.h"
+#include "tools/session_surroundings.h"
 #include "tools/terminal/time_left.h"
 
 namespace palpate {
@@ -93,8 +94,7 @@ std::string describe_plan(const MachineReport& report, const MachineConfig& mach
 }
 
 std::string describe_plan(const PlannedMotion& plan, const SessionConfig& config) {
-    const Region workspace = machine_workspace(config);
-    std::string text = fmt::format("workspace  around {}, radius {:.6g} mm\n", point_text(workspace.center()), workspace.radius());
+    std::string text = fmt::format("workspace  {}\n", describe(machine_workspace(config)));
     if (plan.first_target) {
         const bool is_touch = plan.first_pace == Pace::probe;
         text += fmt::format("first move {} {}\n", is_touch ? "a probe towards" : "to", point_text(*plan.first_target));

@@ -4,9 +4,9 @@
 
 #include <algorithm>
 
-#include "planner/surroundings.h"
 #include "tools/provenance.h"
 #include "tools/session_files.h"
+#include "tools/session_surroundings.h"
 
 namespace palpate {
 namespace {
@@ -25,14 +25,15 @@ bool is_connection_key(std::string_view key) {
     return std::ranges::any_of(kConnectionKeys, [&](std::string_view connection) { return key.starts_with(full_key(connection) + '.'); });
 }
 
-Region machine_workspace(const SessionConfig& config) {
+Surroundings machine_workspace(const SessionConfig& config) {
     if (!config.machine) throw SetupError(fmt::format("machine: missing; a session on a machine needs {}", connection_keys()));
     std::optional<Region> workspace;
     if (const auto* ball = std::get_if<Ball>(&config.workspace)) workspace.emplace(*ball);
     if (const auto* box = std::get_if<Box>(&config.workspace)) workspace.emplace(*box);
     if (!workspace) throw SetupError("workspace: auto is for simulations; say where the part is: workspace.ball or workspace.box");
-    check_session(*config.machine, *workspace, config.probing);
-    return *workspace;
+    Surroundings surroundings = surroundings_of(config, *workspace);
+    check_session(*config.machine, surroundings, config.probing);
+    return surroundings;
 }
 
 std::vector<std::filesystem::path> inputs_of(const SessionConfig& config, const std::filesystem::path& file) {
@@ -52,7 +53,7 @@ ExpectedEffort expected_effort(const SessionConfig& config) {
     constexpr double kProbed = 0.4;
     // Of a part that fills most of the workspace.
     constexpr double kArea = 0.6;
-    const Box around = Surroundings(machine_workspace(config)).bounds();
+    const Box around = machine_workspace(config).bounds();
     const Vector size = around.max - around.min;
     const double area = kArea * 2 * (size.x() * size.y() + size.y() * size.z() + size.z() * size.x());
     const double samples = kSamplesPerBound * lower_bound_samples(area, config.probing.epsilon);

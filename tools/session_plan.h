@@ -17,7 +17,7 @@ namespace palpate {
 [[nodiscard]] bool is_connection_key(std::string_view key);
 
 // ω of a configuration for a machine. Throws SetupError if there is no machine or ω is not given, and as check_session does.
-[[nodiscard]] Region machine_workspace(const SessionConfig& config);
+[[nodiscard]] Surroundings machine_workspace(const SessionConfig& config);
 
 // The files that a run reads.
 [[nodiscard]] std::vector<std::filesystem::path> inputs_of(const SessionConfig& config, const std::filesystem::path& file);

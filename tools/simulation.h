@@ -19,7 +19,7 @@ namespace palpate {
 // The object and workspace that a configuration names, fit for each other.
 struct Scene {
     HiddenObject object;
-    Region workspace;
+    Surroundings workspace;
 };
 
 // Throws SetupError if there is no object to simulate, or it is not inside the workspace; ObjectError on a bad object.

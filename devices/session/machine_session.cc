@@ -231,7 +231,12 @@ void check_start(const Surroundings& surroundings, const Box& limits, const Poin
         throw SetupError(fmt::format("the tool is at {}, outside machine.limits, {} to {}: move it inside them by hand, then start again",
                                      point_text(start), point_text(limits.min), point_text(limits.max)));
     }
-    if (surroundings.is_free(start)) return;
+    if (surroundings.known().is_buried(start)) {
+        throw SetupError(
+            fmt::format("the tool is at {}, below a table or behind a half-space of workspace.fixtures: check these, or move it out",
+                        point_text(start)));
+    }
+    if (surroundings.is_free(start)) return (void)surroundings.nearest_entry(start);
     throw SetupError(
         fmt::format("the tool is inside the workspace, at {}, where no way is known to be free: move it outside by hand, then start again",
                     point_text(start)));
@@ -245,8 +250,8 @@ void check_plan(const Journal& journal, const SessionPlan& plan) {
         plan.config_name));
 }
 
-void check_session(const MachineSettings& machine, const Region& workspace, const Options& probing) {
-    const Box around = Surroundings(workspace).bounds();
+void check_session(const MachineSettings& machine, const Surroundings& workspace, const Options& probing) {
+    const Box around = workspace.bounds();
     const Box& limits = machine.limits;
     if (!limits.contains(around)) {
         throw SetupError(

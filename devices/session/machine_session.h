@@ -28,7 +28,7 @@ namespace palpate {
 // What is probed, with what, how, and where the answers go.
 struct SessionPlan {
     MachineSettings machine;
-    Region workspace;  // ω
+    Surroundings workspace;  // ω, and what is known before anything is asked
     Options probing;
     std::filesystem::path journal;
     std::string config_digest;    // digest() of what the plan was made from: a journal goes on with the plan that it was begun with alone
@@ -85,7 +85,7 @@ public:
 // Throws SetupError if the session was not begun with that plan.
 void check_plan(const Journal& journal, const SessionPlan& plan);
 // Throws SetupError if the tool may not go all around ω, std::invalid_argument as check_options does. All of the below begin with it.
-void check_session(const MachineSettings& machine, const Region& workspace, const Options& probing);
+void check_session(const MachineSettings& machine, const Surroundings& workspace, const Options& probing);
 
 // Throws SetupError if a session cannot begin with the tool there: it is outside `limits`, or where no way is known to be free.
 void check_start(const Surroundings& surroundings, const Box& limits, const Point& start);

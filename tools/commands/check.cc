@@ -11,6 +11,7 @@
 #include "tools/hindsight.h"
 #include "tools/machine.h"
 #include "tools/session_plan.h"
+#include "tools/session_surroundings.h"
 #include "tools/terminal/probe_proof.h"
 #include "tools/terminal/stop_signals.h"
 #include "tools/terminal/terminal.h"
@@ -26,7 +27,7 @@ void tell_tool(const SessionConfig& config, std::ostream& out) {
 }
 
 // What a session would say against the place where the tool is; nothing if it would not, or if nobody knows the place yet.
-std::string start_problem(Machine& machine, const Region& workspace, const Box& limits, const Point& position) {
+std::string start_problem(Machine& machine, const Surroundings& workspace, const Box& limits, const Point& position) {
     if (!machine.is_position_trusted()) return {};
     try {
         check_start(workspace, limits, position);
@@ -39,9 +40,9 @@ std::string start_problem(Machine& machine, const Region& workspace, const Box& 
 // Everything that a session on the machine would refuse is refused here, and nothing moves.
 ExitCode check_machine(const CheckCommand& command, const SessionConfig& config, Output& output) {
     std::ostream& out = output.results;
-    const Region workspace = machine_workspace(config);
+    const Surroundings workspace = machine_workspace(config);
     const MotionModel& k = config.machine->motion;
-    out << "workspace      around " << point_text(workspace.center()) << ", radius " << workspace.radius() << " mm; within machine.limits\n"
+    out << "workspace      " << describe(workspace) << "; within machine.limits\n"
         << "epsilon        " << config.probing.epsilon << " mm; touches are taken to be exact to " << config.traits().touch_error << " mm\n"
         << "stopping       " << stopping_distance(k, k.feeds.travel_mm_per_s) << " mm from travel, "
         << stopping_distance(k, k.feeds.probe_mm_per_s) << " mm from a touch; the probe gives way by " << k.overtravel_mm << " mm\n";
@@ -109,8 +110,7 @@ ExitCode run(const CheckCommand& command, Output& output) {
     out << "object         " << point_text(bounds.min) << " to " << point_text(bounds.max) << ", " << scene.object.components()
         << " component(s), Euler characteristic " << scene.object.euler_characteristic() << '\n'
         << "reach          " << (scene.object.reach() ? fmt::format("{:f} mm", *scene.object.reach()) : std::string("not known")) << '\n'
-        << "workspace      around " << point_text(scene.workspace.center()) << ", radius " << scene.workspace.radius()
-        << " mm; contains the object\n"
+        << "workspace      " << describe(scene.workspace) << "; contains the object\n"
         << "epsilon        " << probing.epsilon << " mm; a guarantee of topology needs a reach of at least "
         << probing.epsilon / kMaxEpsilonPerReach << " mm, "
         << (probing.reach ? fmt::format("given: {:f} mm", *probing.reach) : "none given") << '\n'

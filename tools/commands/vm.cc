@@ -235,7 +235,7 @@ ExitCode run(const VmCommand& command, Output& output) {
     const Scene scene = build_scene(config);
     const std::optional<ToolScene> tool = tool_scene(config, scene.object);
     std::optional<ToolAudit> body;
-    Axes axes{obstacle_of(scene.object, tool), tool_options(config, scene.workspace), body};
+    Axes axes{obstacle_of(scene.object, tool), tool_options(config, scene.workspace.region()), body};
     if (tool) {
         const MotionModel& motion = config.machine->motion;
         body.emplace(tool->depths, motion.overtravel_mm + motion.resolution_mm + ToolAudit::kTolerance_mm);
