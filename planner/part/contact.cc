@@ -17,7 +17,7 @@ constexpr double kBend = 0.1;
 constexpr double kMostTurn = 1.2;
 // Of the widest turn to a neighbour: how far off the normal may be for that. Measured on boxes, grooves and overhangs of a few ε.
 constexpr double kUneven = 0.1;
-constexpr double kUnevenOneSided = 0.35;
+constexpr double kUnevenOneSided = 0.45;
 // Of a facet's bulge: what is left of it after it has been reckoned with.
 constexpr double kBulgeError = 0.5;
 

@@ -41,8 +41,7 @@ std::vector<std::uint32_t> FacetFans::two_rings(std::uint32_t point) const {
         }
     }
     std::ranges::sort(found);
-    const auto last = std::ranges::unique(found);
-    found.erase(last.begin(), last.end());
+    found.erase(std::unique(found.begin(), found.end()), found.end());
     std::erase(found, point);
     return found;
 }

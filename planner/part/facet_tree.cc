@@ -75,7 +75,7 @@ FacetPlace nearest_on_triangle(const Corners& triangle, const Segment& segment) 
     if (slope != 0) {
         const double t = normal.dot(triangle[0] - segment.source) / slope;
         if (t >= 0 && t <= 1) {
-            const FacetPlace place = nearest_on_triangle(triangle, segment.source + t * way);
+            FacetPlace place = nearest_on_triangle(triangle, segment.source + t * way);
             if (place.distance <= 1e-12 * (ab.norm() + ac.norm())) return place;
         }
     }

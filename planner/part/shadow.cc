@@ -6,6 +6,7 @@
 #include <limits>
 #include <numeric>
 #include <optional>
+#include <utility>
 
 #include "planner/part/internal/facet_fans.h"
 #include "planner/part/internal/facet_tree.h"
@@ -20,7 +21,7 @@ constexpr double kNearly = 3;
 // The normal along the axis, as a cosine: less is the side of a rod.
 constexpr double kSide = 0.2;
 // How far off a place is at most, over how far it mostly is.
-constexpr double kTypical = 3;
+constexpr double kTypical = 8;
 // Of the difference of the radii: what the rod may seem to lack to what it touches, for facets that are not the surface.
 constexpr double kTouches = 0.03;
 // rad: where S* has a normal that differs so much from the shank's, and no crease beside it, the ball touched.
@@ -122,71 +123,109 @@ std::vector<Rod> rods_of(const ToolShape& tool) {
     return rods;
 }
 
-}  // namespace
+class ShadowTeller {
+public:
+    ShadowTeller(const TracedSurface& traced, const FacetFans& fans, const std::vector<Contact>& contacts, const ToolShape& tool,
+                 const CompensationOptions& options)
+        : traced_(traced),
+          fans_(fans),
+          contacts_(contacts),
+          options_(options),
+          radius_(tool.ball_diameter / 2),
+          rods_(rods_of(tool)),
+          frame_(turned(traced, contacts, tool.axis)),
+          test_(frame_.surface, frame_.normals, frame_.uncertainty, options.noise),
+          verdicts_(contacts.size()),
+          touched_(contacts.size()) {}
 
-std::vector<TouchedPoint> tell_shadows(const TracedSurface& traced, const FacetFans& fans, const std::vector<Contact>& contacts,
-                                       const ToolShape& tool, const CompensationOptions& options) {
-    std::vector<TouchedPoint> touched(contacts.size());
-    const Frame frame = turned(traced, contacts, tool.axis);
-    const std::vector<Rod> rods = rods_of(tool);
-    ShadowTest test(frame.surface, frame.normals, frame.uncertainty, options.noise);
-    std::vector<std::uint32_t> order(contacts.size());
-    std::iota(order.begin(), order.end(), 0U);
-    std::ranges::sort(order, [&](std::uint32_t a, std::uint32_t b) {
-        const double at_a = frame.surface.points[a].z();
-        const double at_b = frame.surface.points[b].z();
-        return at_a != at_b ? at_a > at_b : a < b;
-    });
-    const double radius = tool.ball_diameter / 2;
-    std::vector<std::optional<Verdict>> verdicts(contacts.size());
-    const auto follow = [&](std::uint32_t v) {
-        const Verdict& verdict = *verdicts[v];
-        TouchedPoint& point = touched[v];
+    [[nodiscard]] std::vector<TouchedPoint> run() && {
+        std::vector<std::uint32_t> order(contacts_.size());
+        std::iota(order.begin(), order.end(), 0U);
+        std::ranges::sort(order, [&](std::uint32_t a, std::uint32_t b) {
+            const double at_a = frame_.surface.points[a].z();
+            const double at_b = frame_.surface.points[b].z();
+            return at_a != at_b ? at_a > at_b : a < b;
+        });
+        for (const std::uint32_t v : order) {
+            const Contact& contact = contacts_[v];
+            touched_[v] = {contact.point, contact.normal, contact.uncertainty, PartTag::tip};
+            if (!traced_.is_fixture.empty() && traced_.is_fixture[v] != 0) {
+                touched_[v].tag = PartTag::fixture;
+                touched_[v].uncertainty = std::numeric_limits<double>::infinity();
+                continue;
+            }
+            verdicts_[v] = judge(v);
+            if (verdicts_[v] && verdicts_[v]->is_near) follow(v);
+            test_.set(v, touched_[v].tag == PartTag::shadow ? State::hidden : State::seen);
+        }
+        for (const std::uint32_t v : order) {
+            if (touched_[v].tag == PartTag::tip && verdicts_[v] && is_amid_shadows(v)) follow(v);
+        }
+        return std::move(touched_);
+    }
+
+private:
+    // The first rod that explains the touch, else one that nearly does.
+    [[nodiscard]] std::optional<Verdict> judge(std::uint32_t v) const {
+        const Contact& contact = contacts_[v];
+        std::optional<Verdict> verdict;
+        for (const Rod& rod : rods_) {
+            const auto found = test_.explain(frame_.turn * traced_.mesh.points[v], rod, options_.epsilon);
+            const double differs = radius_ - rod.radius;
+            if (!found) continue;
+            const double tolerance = std::max(found->tolerance, kTouches * std::min(std::abs(differs), radius_));
+            if (found->gap > kNearly * tolerance) continue;
+            if (!contact.is_creased && angle_between(frame_.normals[v], found->normal) > kOtherSide + contact.angle) continue;
+            // The ball's own wall stands r off: it has to be ruled out, with touches of both places off.
+            const bool is_told = std::abs(differs) > kToldApart * options_.noise;
+            const double most = std::min(differs / 2, differs - found->tolerance - 2 * options_.noise);
+            const bool is_shadow = is_told && (differs < 0 || found->gap < most);
+            verdict = {is_shadow ? PartTag::shadow : PartTag::ambiguous, found->gap <= tolerance, rod.radius, found->normal};
+            if (verdict->is_near) break;
+        }
+        return verdict;
+    }
+    void follow(std::uint32_t v) {
+        const Verdict& verdict = *verdicts_[v];
+        TouchedPoint& point = touched_[v];
         point.tag = verdict.tag;
         point.uncertainty = std::numeric_limits<double>::infinity();
         // What a round end touches says nothing of what is below.
         if (verdict.tag != PartTag::shadow || std::abs(verdict.normal.z()) > kSide) return;
-        point.normal = frame.turn.conjugate() * Vector(verdict.normal.x(), verdict.normal.y(), 0).normalized();
-        point.point = traced.mesh.points[v] - verdict.radius * point.normal;
-    };
-    for (const std::uint32_t v : order) {
-        const Contact& contact = contacts[v];
-        touched[v] = {contact.point, contact.normal, contact.uncertainty, PartTag::tip};
-        if (!traced.is_fixture.empty() && traced.is_fixture[v] != 0) {
-            touched[v].tag = PartTag::fixture;
-            touched[v].uncertainty = std::numeric_limits<double>::infinity();
-            continue;
-        }
-        for (const Rod& rod : rods) {
-            const auto found = test.explain(frame.turn * traced.mesh.points[v], rod, options.epsilon);
-            const double differs = radius - rod.radius;
-            if (!found || found->gap > kNearly * std::max(found->tolerance, kTouches * std::abs(differs))) continue;
-            if (!contact.is_creased && angle_between(frame.normals[v], found->normal) > kOtherSide + contact.angle) continue;
-            // The ball's own wall stands r off: half the way to there it is the nearer explanation.
-            const bool is_told = std::abs(differs) > kToldApart * options.noise;
-            const bool is_shadow = is_told && (differs < 0 || found->gap < differs / 2);
-            const bool is_near = found->gap <= std::max(found->tolerance, kTouches * std::abs(differs));
-            verdicts[v] = {is_shadow ? PartTag::shadow : PartTag::ambiguous, is_near, rod.radius, found->normal};
-            if (is_near) break;
-        }
-        if (verdicts[v] && verdicts[v]->is_near) follow(v);
-        test.set(v, touched[v].tag == PartTag::shadow ? State::hidden : State::seen);
+        point.normal = frame_.turn.conjugate() * Vector(verdict.normal.x(), verdict.normal.y(), 0).normalized();
+        point.point = traced_.mesh.points[v] - verdict.radius * point.normal;
     }
-    // What is nearly explained, amid what is, goes with it.
-    for (const std::uint32_t v : order) {
-        if (touched[v].tag != PartTag::tip || !verdicts[v]) continue;
+    // Two thirds of the corners around, fixtures apart: what is nearly explained there is no touch of the ball's.
+    [[nodiscard]] bool is_amid_shadows(std::uint32_t v) const {
         std::size_t others = 0;
         std::size_t hidden = 0;
-        for (const std::uint32_t f : fans.around(v)) {
-            for (const std::uint32_t w : traced.mesh.triangles[f]) {
-                if (w == v || touched[w].tag == PartTag::fixture) continue;
+        for (const std::uint32_t f : fans_.around(v)) {
+            for (const std::uint32_t w : traced_.mesh.triangles[f]) {
+                if (w == v || touched_[w].tag == PartTag::fixture) continue;
                 ++others;
-                hidden += touched[w].tag == PartTag::shadow || touched[w].tag == PartTag::ambiguous ? 1 : 0;
+                hidden += touched_[w].tag == PartTag::tip ? 0 : 1;
             }
         }
-        if (3 * hidden >= 2 * others && hidden > 0) follow(v);
+        return hidden > 0 && 3 * hidden >= 2 * others;
     }
-    return touched;
+
+    const TracedSurface& traced_;
+    const FacetFans& fans_;
+    const std::vector<Contact>& contacts_;
+    const CompensationOptions& options_;
+    double radius_;
+    std::vector<Rod> rods_;
+    Frame frame_;
+    ShadowTest test_;
+    std::vector<std::optional<Verdict>> verdicts_;
+    std::vector<TouchedPoint> touched_;
+};
+
+}  // namespace
+
+std::vector<TouchedPoint> tell_shadows(const TracedSurface& traced, const FacetFans& fans, const std::vector<Contact>& contacts,
+                                       const ToolShape& tool, const CompensationOptions& options) {
+    return ShadowTeller(traced, fans, contacts, tool, options).run();
 }
 
 }  // namespace palpate

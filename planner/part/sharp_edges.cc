@@ -246,8 +246,7 @@ void find_crossings(PartSurface& part) {
         }
     }
     std::ranges::sort(part.crossings);
-    const auto last = std::ranges::unique(part.crossings);
-    part.crossings.erase(last.begin(), last.end());
+    part.crossings.erase(std::unique(part.crossings.begin(), part.crossings.end()), part.crossings.end());
 }
 
 }  // namespace palpate

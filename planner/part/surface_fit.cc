@@ -29,7 +29,8 @@ constexpr double kShareOnPlane = 0.45;
 constexpr double kInRow = 0.1;
 // mm per mm, and rad: how far off a surface goes on from one point to its neighbour.
 constexpr double kExtrapolation = 0.03;
-// Of that: farther off it is another surface.
+constexpr double kExact = 0.005;
+// Of the former: farther off it is another surface.
 constexpr double kFar = 3;
 // Standard errors of the slope that the angle states.
 constexpr double kSigmas = 2.5;
@@ -255,6 +256,7 @@ void choose_sides(std::vector<SurfaceFit>& fits, const TriangleMesh& mesh, const
         struct Candidate {
             double off = 0.0;    // mm: of the point from that surface
             double slack = 0.0;  // mm: what it may be
+            double exact = 0.0;  // mm: what is as good as none, touch errors apart
             Vector normal;
             double angle = 0.0;
         };
@@ -269,7 +271,8 @@ void choose_sides(std::vector<SurfaceFit>& fits, const TriangleMesh& mesh, const
             const auto& q = fit.quadric;
             const double height = q[0] + q[1] * x + q[2] * y + q[3] * x * x / 2 + q[4] * x * y + q[5] * y * y / 2;
             const Vector normal = (up - (q[1] + q[3] * x + q[4] * y) * fit.u - (q[2] + q[4] * x + q[5] * y) * fit.w).normalized();
-            candidates.push_back({std::abs(to.dot(up) - height), 2 * noise + kExtrapolation * to.norm(), normal, fit.angle});
+            candidates.push_back(
+                {std::abs(to.dot(up) - height), 2 * noise + kExtrapolation * to.norm(), kExact * to.norm(), normal, fit.angle});
         }
         if (candidates.empty()) continue;
         const auto score = [](const Candidate& c) { return c.off + c.slack; };
@@ -277,12 +280,10 @@ void choose_sides(std::vector<SurfaceFit>& fits, const TriangleMesh& mesh, const
         if (best.off > kFar * best.slack) continue;
         SurfaceFit fit = fits[v];
         fit.normal = best.normal;
-        fit.angle = std::max(best.angle + kExtrapolation, std::min(angle_between(best.normal, fits[v].normal), kCreaseAngle));
-        // On the crease itself it may be another side.
-        for (const Candidate& other : candidates) {
-            const double turn = angle_between(best.normal, other.normal);
-            if (other.off <= other.slack && turn > kCreaseAngle) fit.angle = std::max(fit.angle, turn / 2);
-        }
+        fit.angle = best.angle + kExtrapolation;
+        // Unless the surface passes through it as well as touches tell, the fan may be right.
+        if (best.off > 2 * noise + best.exact)
+            fit.angle = std::max(fit.angle, std::min(angle_between(best.normal, fits[v].normal), kCreaseAngle));
         chosen.emplace_back(v, fit);
     }
     for (const auto& [v, fit] : chosen) fits[v] = fit;
