@@ -192,7 +192,7 @@ private:
                 corner = number[mesh_.target(h).idx()];
                 h = mesh_.next(h);
             }
-            std::ranges::rotate(corners, std::ranges::min_element(corners));
+            std::rotate(corners.begin(), std::ranges::min_element(corners), corners.end());
             kept.mesh.triangles.push_back(corners);
             kept.facet_tags.push_back(part_.facet_tags[f.idx()]);
         }
