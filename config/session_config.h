@@ -19,6 +19,15 @@ struct AutoWorkspace {};
 
 using WorkspaceSpec = std::variant<AutoWorkspace, Ball, Box>;
 
+// What is made of what was touched.
+struct ResultSpec {
+    // With shadows and what lies on fixtures as they are known, or cut off where the part was not measured.
+    enum class Part { closed, open };
+    Part part = Part::closed;
+
+    friend bool operator==(const ResultSpec&, const ResultSpec&) = default;
+};
+
 struct SessionConfig {
     std::optional<ObjectSpec> object;      // the hidden object of a simulation or of a virtual machine
     std::optional<MachineConfig> machine;  // to probe with; a simulation needs none
@@ -26,6 +35,7 @@ struct SessionConfig {
     WorkspaceSpec workspace;
     Fixtures fixtures;  // with a box as workspace only
     Options probing;
+    ResultSpec results;  // with a tool only
 
     // Of the machine; an exact oracle's without one.
     [[nodiscard]] OracleTraits traits() const { return machine ? machine->traits() : OracleTraits{}; }
