@@ -27,12 +27,25 @@ constexpr double kTouches = 0.03;
 // rad: where S* has a normal that differs so much from the shank's, and no crease beside it, the ball touched.
 constexpr double kOtherSide = 0.6;
 
+// Of the difference of the radii: a way straight up that is so far off S* and meets it cannot be the ball's, as a wall that the ball
+// touched goes on up or recedes. With noise, that is added.
+constexpr double kBeside = 0.05;
+// ... and what it meets so far off is what the rod touched, however coarse the facets are.
+constexpr double kClearlyBeside = 0.5;
+// Of the ball's radius: so far below an edge the ball may touch it.
+constexpr double kRollsBelow = 0.5;
+// The normal along the axis, as a cosine: a wall, straight up.
+constexpr double kWall = 0.01;
+
 // A round rod of the tool as seen from the ball's centre: from `from` to `to` along the axis.
 struct Rod {
     double radius = 0.0;
     double from = 0.0;
     double to = 0.0;
 };
+
+// mm: a line that is nearer to a facet than that passes through it.
+constexpr double kMeets = 1e-9;
 
 enum class State : std::uint8_t { unknown, seen, hidden };
 
@@ -108,6 +121,12 @@ Frame turned(const TracedSurface& traced, const std::vector<Contact>& contacts, 
     return frame;
 }
 
+TriangleMesh turned(const TriangleMesh& mesh, const Eigen::Quaterniond& turn) {
+    TriangleMesh result = mesh;
+    for (Point& p : result.points) p = turn * p;
+    return result;
+}
+
 std::vector<Rod> rods_of(const ToolShape& tool) {
     std::vector<Rod> rods;
     const double radius = tool.ball_diameter / 2;
@@ -135,6 +154,8 @@ public:
           rods_(rods_of(tool)),
           frame_(turned(traced, contacts, tool.axis)),
           test_(frame_.surface, frame_.normals, frame_.uncertainty, options.noise),
+          traced_in_frame_(turned(traced.mesh, frame_.turn)),
+          traced_tree_(traced_in_frame_),
           verdicts_(contacts.size()),
           touched_(contacts.size()) {}
 
@@ -160,6 +181,9 @@ public:
         }
         for (const std::uint32_t v : order) {
             if (touched_[v].tag == PartTag::tip && verdicts_[v] && is_amid_shadows(v)) follow(v);
+        }
+        for (const std::uint32_t v : order) {
+            if (touched_[v].tag == PartTag::tip) doubt_wall(v);
         }
         return std::move(touched_);
     }
@@ -195,6 +219,33 @@ private:
         point.normal = frame_.turn.conjugate() * Vector(verdict.normal.x(), verdict.normal.y(), 0).normalized();
         point.point = traced_.mesh.points[v] - verdict.radius * point.normal;
     }
+    // What juts out above a wall was touched by the rod, wherever facets are too coarse to show its place.
+    void doubt_wall(std::uint32_t v) {
+        const Vector& normal = frame_.normals[v];
+        const Vector out(normal.x(), normal.y(), 0);
+        if (rods_.empty() || std::abs(normal.z()) > kWall + std::sin(std::min(contacts_[v].angle, 0.5))) return;
+        // A rim of S* is as round as the ball at least: by so much a chord between samples cuts it off.
+        const double sag = 3 * options_.epsilon * options_.epsilon / (8 * radius_);
+        for (const Rod& rod : rods_) {
+            const double differs = radius_ - rod.radius;
+            if (differs <= 0) continue;
+            const double near = std::max(kBeside * differs, kClearlyBeside * differs - sag) + 2 * options_.noise;
+            if (!is_barred_above(v, near * out.normalized(), rod.to)) continue;
+            const bool is_clear =
+                differs > 3 * kToldApart * options_.noise && is_barred_above(v, kClearlyBeside * differs * out.normalized(), rod.to);
+            verdicts_[v] = {is_clear ? PartTag::shadow : PartTag::ambiguous, true, rod.radius, out.normalized()};
+            return follow(v);
+        }
+    }
+    // Whether S* is met straight up from a place beside the point, as far as the rod reaches.
+    [[nodiscard]] bool is_barred_above(std::uint32_t v, const Vector& beside, double reach) const {
+        const Point from = traced_in_frame_.points[v] + beside;
+        bool is_barred = false;
+        // Not the edge below which the ball rolls.
+        const Segment up{from + kRollsBelow * radius_ * Vector::UnitZ(), from + reach * Vector::UnitZ()};
+        traced_tree_.near(up, kMeets, [&](const FacetPlace&) { is_barred = true; });
+        return is_barred;
+    }
     // Two thirds of the corners around, fixtures apart: what is nearly explained there is no touch of the ball's.
     [[nodiscard]] bool is_amid_shadows(std::uint32_t v) const {
         std::size_t others = 0;
@@ -217,6 +268,8 @@ private:
     std::vector<Rod> rods_;
     Frame frame_;
     ShadowTest test_;
+    TriangleMesh traced_in_frame_;
+    FacetTree traced_tree_;
     std::vector<std::optional<Verdict>> verdicts_;
     std::vector<TouchedPoint> touched_;
 };
