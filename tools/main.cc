@@ -157,6 +157,32 @@ int main(int argc, char** argv) {
     add_overrides(touch_app, touch.overrides);
     touch_app->footer("Example: palpate touch my_part.yaml --from 0,0,40 --to 0,0,25");
 
+    CalibrateCommand calibrate;
+    CLI::App* const calibrate_app =
+        app.add_subcommand("calibrate", "Qualify the probe on a reference sphere: effective radius, lobes, repeatability");
+    calibrate_app->add_option("CONFIG", calibrate.config, "Configuration with a machine and a tool, YAML")->required();
+    calibrate_app->add_option("--sphere", calibrate.sphere, "Where the sphere's centre is, to within 0.8 mm")
+        ->required()
+        ->delimiter(',')
+        ->expected(3)
+        ->type_name("X,Y,Z");
+    calibrate_app->add_option("--diameter", calibrate.diameter, "The sphere's, mm, as its certificate says")
+        ->required()
+        ->check(CLI::PositiveNumber);
+    calibrate_app->add_option("-o,--output", calibrate.output, "Calibration to write; without it CONFIG.calibration.json beside CONFIG")
+        ->type_name("FILE")
+        ->check(explain_option_as_name);
+    calibrate_app->add_option("--touches", calibrate.touches, "Places that are touched for the map")
+        ->check(CLI::Range(25, 50))
+        ->capture_default_str();
+    calibrate_app->add_flag("--write", calibrate.write, "Have CONFIG name the calibration, in tool.calibration");
+    add_yes(calibrate_app, calibrate.yes);
+    add_overrides(calibrate_app, calibrate.overrides);
+    calibrate_app->footer(
+        "Example: palpate calibrate my_machine.yaml --sphere 80,-60,25 --diameter 25.4\n"
+        "         palpate calibrate my_machine.yaml --sphere 80,-60,25 --diameter 25.4 --write --yes\n"
+        "Move the tool above the sphere first: it goes straight there, guarded. An older calibration is replaced.");
+
     CLI::App* const ports_app = app.add_subcommand("ports", "List the serial ports of this computer and what hangs on them");
     ports_app->footer("Example: palpate ports");
 
@@ -252,6 +278,8 @@ int main(int argc, char** argv) {
             code = run(picture, output);
         } else if (*touch_app) {
             code = run(touch, output);
+        } else if (*calibrate_app) {
+            code = run(calibrate, output);
         } else if (*ports_app) {
             code = run(PortsCommand{}, output);
         } else if (*vm_app) {

@@ -3,6 +3,7 @@
 
 #include <cstdint>
 #include <filesystem>
+#include <optional>
 #include <string>
 #include <vector>
 
@@ -62,6 +63,16 @@ struct TouchCommand {
     std::vector<double> to;
     bool yes = false;
 };
+struct CalibrateCommand {
+    std::filesystem::path config;
+    std::vector<std::string> overrides;
+    std::vector<double> sphere;    // mm, three
+    double diameter = 0.0;         // mm
+    std::filesystem::path output;  // empty: CONFIG with another extension
+    std::size_t touches = 50;      // for the map
+    bool write = false;            // have the configuration name the calibration
+    bool yes = false;
+};
 struct PortsCommand {};
 struct VmCommand {
     std::filesystem::path config;
@@ -96,6 +107,7 @@ ExitCode run(const ProbeCommand& command, Output& output);
 ExitCode run(const ResumeCommand& command, Output& output);
 ExitCode run(const PictureCommand& command, Output& output);
 ExitCode run(const TouchCommand& command, Output& output);
+ExitCode run(const CalibrateCommand& command, Output& output);
 ExitCode run(const PortsCommand& command, Output& output);
 ExitCode run(const VmCommand& command, Output& output);
 
