@@ -27,6 +27,15 @@ struct CalibrationSpec {
     double max_age_days = 7.0;   // > 0: older ones are warned of
 };
 
+// What is made of what was touched.
+struct ResultSpec {
+    // With shadows and what lies on fixtures as they are known, or cut off where the part was not measured.
+    enum class Part { closed, open };
+    Part part = Part::closed;
+
+    friend bool operator==(const ResultSpec&, const ResultSpec&) = default;
+};
+
 struct SessionConfig {
     std::optional<ObjectSpec> object;      // the hidden object of a simulation or of a virtual machine
     std::optional<MachineConfig> machine;  // to probe with; a simulation needs none
@@ -37,6 +46,7 @@ struct SessionConfig {
     WorkspaceSpec workspace;
     Fixtures fixtures;  // with a box as workspace only
     Options probing;
+    ResultSpec results;  // with a tool only
 
     // Of the machine; an exact oracle's without one.
     [[nodiscard]] OracleTraits traits() const { return machine ? machine->traits() : OracleTraits{}; }

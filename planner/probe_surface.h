@@ -18,9 +18,10 @@
 namespace palpate {
 
 struct Result {
-    TriangleMesh mesh;                // Ŝ, oriented outwards; its points are samples
-    std::vector<double> ball_radii;   // mm, by triangle: of its smallest surface Delaunay ball
-    std::vector<Segment> dual_edges;  // by triangle, inside ω, from outside O
+    TriangleMesh mesh;                     // Ŝ, oriented outwards; its points are samples
+    std::vector<std::uint32_t> sample_of;  // by point of the mesh
+    std::vector<double> ball_radii;        // mm, by triangle: of its smallest surface Delaunay ball
+    std::vector<Segment> dual_edges;       // by triangle, inside ω, from outside O
     // By triangle: that S crosses its dual edge within the ball, or passes it so near that it is a flip; 1 where a touch or a proof shows
     // it, else as likely as the samples around make it (planner/DESIGN.md, "Plausibility").
     std::vector<double> confidences;

@@ -41,9 +41,11 @@ ExitCode run_session(const SessionPlan& plan, const SessionConfig& config, const
         });
         signals.release();
         const Provenance provenance = provenance_of(config, folder, plan.config_digest, run.object_sha256);
-        const std::string summary = to_json(run, config.probing.epsilon, provenance);
-        const std::string files = write_results(folder, run.result, provenance, summary, picture);
-        tell_result(output, run.result, config.probing.epsilon, "", summary, folder, fmt::format("config.yaml, journal.jsonl, {}", files));
+        const std::optional<PartResult> part = part_of(run.result, config);
+        const std::string summary = to_json(run, part, config.probing.epsilon, provenance);
+        const std::string files = write_results(folder, run.result, part, provenance, summary, picture);
+        tell_result(output, run.result, part, config.probing.epsilon, "", summary, folder,
+                    fmt::format("config.yaml, journal.jsonl, {}", files));
         if (is_stopped_by_budget(run.result.certificate)) {
             spdlog::info("the budget is used up; with a larger one the session goes on, for example: palpate resume {} --set {}",
                          shell_word(folder.string()), larger_budget(config.probing.budget));

@@ -33,6 +33,13 @@ void draw_samples(const std::filesystem::path& folder, const TriangleMesh& mesh,
     write_file(folder / kPictureFile, to_png(draw_picture(mesh, mesh.points, picture_options(up))));
 }
 
+// Of the part: its triangles in the colours of their tags.
+void draw_part(const std::filesystem::path& folder, const PartSurface& part, char up) {
+    PictureOptions options = picture_options(up);
+    for (const PartTag tag : part.facet_tags) options.triangle_colours.push_back(colour_of(tag));
+    write_file(folder / kPictureFile, to_png(draw_picture(part.mesh, {}, options)));
+}
+
 void list_places(std::ostream& out, const char* kind, const std::vector<BadPlace>& places) {
     constexpr std::size_t kShown = 10;
     for (std::size_t k = 0; k < places.size() && k < kShown; ++k) {
@@ -50,33 +57,38 @@ std::string per_bound(double amount, double bound, const std::string& of_what) {
 
 }  // namespace
 
-std::string write_results(const std::filesystem::path& folder, const Result& result, const Provenance& provenance,
-                          const std::string& summary, const PictureChoice& picture) {
-    write_file(folder / kMeshFile, to_ply(result.mesh, mesh_comments(provenance, result.certificate)));
-    write_file(folder / kTouchesFile, to_csv(result.touches));
+std::string write_results(const std::filesystem::path& folder, const Result& result, const std::optional<PartResult>& part,
+                          const Provenance& provenance, const std::string& summary, const PictureChoice& picture) {
+    const std::vector<std::string> comments = mesh_comments(provenance, result.certificate);
+    write_file(folder / kMeshFile, part ? to_ply(part->surface, comments) : to_ply(result.mesh, comments));
+    if (part) write_file(folder / kToolMeshFile, to_ply(result.mesh, comments));
+    write_file(folder / kTouchesFile, part ? to_csv(result.touches, *part) : to_csv(result.touches));
     write_file(folder / kSummaryFile, summary);
-    const std::string names = "mesh.ply, touches.csv, summary.json";
+    const std::string names = part ? "mesh.ply, mesh_tool.ply, touches.csv, summary.json" : "mesh.ply, touches.csv, summary.json";
     if (!picture.drawn || result.mesh.triangles.empty()) {
         // One that is there shows another mesh.
         std::error_code ignored;
         std::filesystem::remove(folder / kPictureFile, ignored);
         return names;
     }
-    draw_samples(folder, result.mesh, picture.up);
+    part ? draw_part(folder, part->surface, picture.up) : draw_samples(folder, result.mesh, picture.up);
     return fmt::format("{}, {}", names, kPictureFile);
 }
 
 void draw_session_picture(const std::filesystem::path& folder, char up) { draw_samples(folder, read_triangles(folder / kMeshFile), up); }
 
-void print_result(const Result& r, double epsilon, const std::string& truth, std::ostream& out, int columns) {
+void print_result(const Result& r, const std::optional<PartResult>& part, double epsilon, const std::string& truth, std::ostream& out,
+                  int columns) {
     const Cost& a = r.cost;
+    const std::size_t touched = r.samples - r.known_samples;
     constexpr int kLabel = 15;
     const auto line = [&](const char* label, const std::string& text) {
         out << wrapped(fmt::format("{:<{}}{}", label, kLabel, text), columns, kLabel) << '\n';
     };
-    line("samples", fmt::format("{}{}", r.samples, per_bound(static_cast<double>(r.samples), r.lower_bound_samples, "hexagonal bound")));
+    line("samples", fmt::format("{}{}{}", touched, per_bound(static_cast<double>(r.samples), r.lower_bound_samples, "hexagonal bound"),
+                                r.known_samples > 0 ? fmt::format(", and {} on fixtures, untouched", r.known_samples) : std::string()));
     line("probes", fmt::format("{} ({:.6g} per sample): {} contacts, {} clear{}", a.probes(),
-                               static_cast<double>(a.probes()) / static_cast<double>(r.samples), a.contact, a.clear,
+                               static_cast<double>(a.probes()) / static_cast<double>(touched), a.contact, a.clear,
                                a.failed > 0 ? fmt::format(", {} failed", a.failed) : std::string()));
     line("displacement", fmt::format("{:.6g} mm{}: {:.6g} travel, {:.6g} probing", a.displacement(),
                                      per_bound(a.displacement(), r.lower_bound_displacement, "bound"), a.travel, a.probing));
@@ -85,6 +97,7 @@ void print_result(const Result& r, double epsilon, const std::string& truth, std
                      "mm (epsilon {:.6g})",
                      r.topology.facets, r.topology.components, r.topology.euler_characteristic, r.topology.boundary_edges,
                      r.topology.nonmanifold_edges, r.max_ball_radius, epsilon));
+    if (part) line("part", describe(part->report));
     if (!truth.empty()) line("truth", truth);
     line("certificate", fmt::format("{}: {}", to_string(r.certificate.status), r.certificate.statement));
     for (const Premise& premise : r.certificate.premises) {
@@ -94,10 +107,10 @@ void print_result(const Result& r, double epsilon, const std::string& truth, std
     list_places(out, "thin place", r.thin_places);
 }
 
-void tell_result(Output& output, const Result& result, double epsilon, const std::string& truth, const std::string& summary,
-                 const std::filesystem::path& folder, const std::string& files) {
+void tell_result(Output& output, const Result& result, const std::optional<PartResult>& part, double epsilon, const std::string& truth,
+                 const std::string& summary, const std::filesystem::path& folder, const std::string& files) {
     if (output.events == nullptr) {
-        print_result(result, epsilon, truth, output.results, output.columns);
+        print_result(result, part, epsilon, truth, output.results, output.columns);
         output.results << wrapped(fmt::format("written to     {}: {}", folder.string(), files), output.columns, 15) << '\n';
         return;
     }

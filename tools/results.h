@@ -3,9 +3,11 @@
 
 #include <filesystem>
 #include <iosfwd>
+#include <optional>
 #include <string>
 
 #include "planner/probe_surface.h"
+#include "tools/part_result.h"
 #include "tools/provenance.h"
 #include "tools/terminal/output.h"
 
@@ -16,21 +18,23 @@ struct PictureChoice {
     char up = 'z';  // x, y or z
 };
 
-// mesh.ply, touches.csv, summary.json and, if there is a mesh, picture.png; returns their names, with commas between. Throws OutputError.
-[[nodiscard]] std::string write_results(const std::filesystem::path& folder, const Result& result, const Provenance& provenance,
-                                        const std::string& summary, const PictureChoice& picture);
+// mesh.ply, touches.csv, summary.json and, if there is a mesh, picture.png; returns their names, with commas between. With a part, that is
+// mesh.ply, and Ŝ is mesh_tool.ply. Throws OutputError.
+[[nodiscard]] std::string write_results(const std::filesystem::path& folder, const Result& result, const std::optional<PartResult>& part,
+                                        const Provenance& provenance, const std::string& summary, const PictureChoice& picture);
 
 // Draws picture.png of a session again, from its mesh.ply. Throws ObjectError if that is no mesh of triangles, OutputError.
 void draw_session_picture(const std::filesystem::path& folder, char up);
 
 // Counts, mesh, certificate, in lines of at most `columns` (0: however long they are). `truth`: what only a simulation knows, as a line of
 // its own; may be empty.
-void print_result(const Result& result, double epsilon, const std::string& truth, std::ostream& out, int columns = 0);
+void print_result(const Result& result, const std::optional<PartResult>& part, double epsilon, const std::string& truth, std::ostream& out,
+                  int columns = 0);
 
 // The end of a run, in the form that was asked for. `summary` is summary.json, `files` what was written to `folder`. Waits until all of it
 // is read.
-void tell_result(Output& output, const Result& result, double epsilon, const std::string& truth, const std::string& summary,
-                 const std::filesystem::path& folder, const std::string& files);
+void tell_result(Output& output, const Result& result, const std::optional<PartResult>& part, double epsilon, const std::string& truth,
+                 const std::string& summary, const std::filesystem::path& folder, const std::string& files);
 
 [[nodiscard]] bool is_stopped_by_budget(const Certificate& certificate);
 

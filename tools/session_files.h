@@ -14,10 +14,11 @@ namespace palpate {
 inline constexpr const char* kConfigFile = "config.yaml";
 inline constexpr const char* kJournalFile = "journal.jsonl";
 inline constexpr const char* kMeshFile = "mesh.ply";
+inline constexpr const char* kToolMeshFile = "mesh_tool.ply";
 inline constexpr const char* kPictureFile = "picture.png";
 inline constexpr const char* kTouchesFile = "touches.csv";
 inline constexpr const char* kSummaryFile = "summary.json";
-inline constexpr std::array<const char*, 6> kSessionFiles = {kConfigFile,  kJournalFile, kMeshFile,
+inline constexpr std::array<const char*, 7> kSessionFiles = {kConfigFile,  kJournalFile, kMeshFile,   kToolMeshFile,
                                                              kTouchesFile, kSummaryFile, kPictureFile};
 
 // A folder or file that cannot be used. The message names it and says what to do.

@@ -42,16 +42,31 @@ Json object_of(const Provenance& from) {
     return {{"mesh", from.mesh}, {"sha256", from.object_sha256.empty() ? Json(nullptr) : Json(from.object_sha256)}};
 }
 
-// What every run has, whatever answered it.
-Json summarise(const Result& r, const Provenance& from, double epsilon, double planner_seconds, double oracle_seconds,
-               double machine_estimate) {
-    const Cost& a = r.cost;
+Json summarise(const PartResult& part) {
+    Json area;
+    for (std::size_t tag = 0; tag < kPartTags; ++tag) area[name_of(static_cast<PartTag>(tag))] = part.report.area.at(tag);
     return {
+        {"facets", part.topology.facets},
+        {"components", part.topology.components},
+        {"euler_characteristic", part.topology.euler_characteristic},
+        {"boundary_edges", part.topology.boundary_edges},
+        {"nonmanifold_edges", part.topology.nonmanifold_edges},
+        {"crossing_facets", part.surface.crossings.size()},
+        {"area", area},
+        {"uncertainty",
+         {{"median", part.report.uncertainty_median}, {"p95", part.report.uncertainty_95}, {"maximum", part.report.uncertainty_maximum}}}};
+}
+
+// What every run has, whatever answered it.
+Json summarise(const Result& r, const std::optional<PartResult>& part, const Provenance& from, double epsilon, double planner_seconds,
+               double oracle_seconds, double machine_estimate) {
+    const Cost& a = r.cost;
+    Json json{
         {"schema", 1},
         {"program", {{"name", "palpate"}, {"version", program_version()}}},
         {"configuration", {{"digest", from.config_digest}}},
         {"object", object_of(from)},
-        {"samples", r.samples},
+        {"samples", r.samples - r.known_samples},
         {"facets", r.topology.facets},
         {"components", r.topology.components},
         {"euler_characteristic", r.topology.euler_characteristic},
@@ -77,6 +92,9 @@ Json summarise(const Result& r, const Provenance& from, double epsilon, double p
         {"certificate", summarise(r.certificate, r.bad_places, r.thin_places)},
         {"time", {{"planner", planner_seconds}, {"oracle", oracle_seconds}, {"machine_estimate", machine_estimate}}},
     };
+    if (r.certificate.find(Premise::Kind::known_solids) != nullptr) json["virtual_contacts"] = r.known_samples;
+    if (part) json["part"] = summarise(*part);
+    return json;
 }
 
 // What the known places showed that resumed sessions touched again: over all of them the fewest directions and the largest offset.
@@ -133,8 +151,8 @@ nlohmann::ordered_json to_json(const ToolAccount& tool) {
     return {{"moves_into_object", tool.moves_into_object}, {"moves_into_fixtures", tool.moves_into_fixtures}, {"touches", touches}};
 }
 
-std::string to_json(const Simulation& run, double epsilon, const Provenance& provenance) {
-    Json json = summarise(run.result, provenance, epsilon, run.planner_seconds, run.oracle_seconds, run.machine_time.count());
+std::string to_json(const Simulation& run, const std::optional<PartResult>& part, double epsilon, const Provenance& provenance) {
+    Json json = summarise(run.result, part, provenance, epsilon, run.planner_seconds, run.oracle_seconds, run.machine_time.count());
     Json& truth = json["truth"] = Json::object();
     if (run.truth) {
         truth = {
@@ -156,9 +174,9 @@ std::string to_json(const Simulation& run, double epsilon, const Provenance& pro
     return json.dump(2) + '\n';
 }
 
-std::string to_json(const MachineRun& run, double epsilon, const Provenance& provenance) {
+std::string to_json(const MachineRun& run, const std::optional<PartResult>& part, double epsilon, const Provenance& provenance) {
     const Meter& meter = run.meter;
-    Json json = summarise(run.result, provenance, epsilon, run.planner_seconds, run.oracle_seconds, meter.machine_time.count());
+    Json json = summarise(run.result, part, provenance, epsilon, run.planner_seconds, run.oracle_seconds, meter.machine_time.count());
     const auto moves = [](const MoveCount& count) {
         return Json{{"reached", count.reached}, {"contact", count.contact}, {"failed", count.failed}, {"vanished", count.vanished}};
     };

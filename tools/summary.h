@@ -2,18 +2,22 @@
 #pragma once
 
 #include <nlohmann/json_fwd.hpp>
+#include <optional>
 #include <string>
 
 #include "devices/session/machine_session.h"
 #include "planner/certificate.h"
+#include "tools/part_result.h"
 #include "tools/provenance.h"
 #include "tools/simulation.h"
 
 namespace palpate {
 
 // JSON with the keys of planner/DESIGN.md, "Session folder".
-[[nodiscard]] std::string to_json(const Simulation& run, double epsilon, const Provenance& provenance);
-[[nodiscard]] std::string to_json(const MachineRun& run, double epsilon, const Provenance& provenance);
+[[nodiscard]] std::string to_json(const Simulation& run, const std::optional<PartResult>& part, double epsilon,
+                                  const Provenance& provenance);
+[[nodiscard]] std::string to_json(const MachineRun& run, const std::optional<PartResult>& part, double epsilon,
+                                  const Provenance& provenance);
 [[nodiscard]] nlohmann::ordered_json to_json(const ToolAccount& tool);
 
 [[nodiscard]] const char* to_string(Certificate::Status status);

@@ -1,7 +1,9 @@
 // Every key of a configuration.
 #pragma once
 
+#include <array>
 #include <optional>
+#include <string_view>
 #include <variant>
 
 #include "config/internal/machine_keys.h"
@@ -11,6 +13,14 @@
 #include "config/session_config.h"
 
 namespace palpate::yaml {
+
+inline constexpr std::array<std::string_view, 2> kPartWords{"closed", "open"};
+
+template <class Archive>
+void describe(Archive& keys, ResultSpec& results) {
+    keys.value({"part", "mesh.ply of a part that a tool probed: closed by shadows and by what lies on fixtures, or cut off there"},
+               results.part, Word{kPartWords});
+}
 
 template <class Archive>
 void describe(Archive& keys, SessionConfig& config) {
@@ -33,6 +43,9 @@ void describe(Archive& keys, SessionConfig& config) {
         kWorkspaceWords, is_auto ? std::optional<std::size_t>(0) : std::nullopt,
         [&](Archive& inner) { describe(inner, config.workspace, config.fixtures); });
     mapping(keys, {.name = "probing", .meaning = "the task", .need = Need::required, .layout = Layout::block}, config.probing);
+    if (keys.wants(config.results != ResultSpec{})) {
+        mapping(keys, {"results", "what is made of what was touched", Need::optional, "", "closed"}, config.results);
+    }
     keys.value({"random_seed", "the same seed and configuration give the same run"}, config.probing.random_seed, Whole{});
 }
 

@@ -45,7 +45,7 @@ std::optional<DirectedEdge> SurfaceModel::infer(DirectedEdge e, double max_ball_
     }
     if (!seen || !seen->is_crossed() || seen->ball_radius() > max_ball_radius) return std::nullopt;
     if (state_.recorded_state(seen->inwards) != EdgeState::unknown) return std::nullopt;
-    if (!distrusted_.empty() && distrusted_.contains(in_order(seen->corners))) return std::nullopt;
+    if (!distrusted_.empty() && is_distrusted(seen->corners)) return std::nullopt;
     state_.learn_inferred(seen->inwards, seen->at(*seen->exterior), seen->at(*seen->interior));
     if (watcher_) watcher_(seen->at(*seen->exterior), seen->at(*seen->interior));
     return seen->inwards;

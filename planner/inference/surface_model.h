@@ -60,6 +60,7 @@ public:
     virtual void contradict(std::span<const std::uint32_t> samples, const Point& x) = 0;
     // Takes an inferred crossing back and never infers that facet again: only a touch can say.
     void distrust(DirectedEdge e);
+    [[nodiscard]] bool is_distrusted(const std::array<std::uint32_t, 3>& facet) const { return distrusted_.contains(in_order(facet)); }
     // Is told of everything that infer() learns: both ends of the gap.
     void watch(std::function<void(const Point& near, const Point& far)> watcher) { watcher_ = std::move(watcher); }
 

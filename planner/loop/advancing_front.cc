@@ -387,7 +387,14 @@ void AdvancingFront::look_up(FrontTouch& touch) const {
     const Surroundings& surroundings = state_.surroundings();
     const KnownSolids& known = surroundings.known();
     const auto enters = [&](const Point& from, const Point& to) { return known.first_entry({from, to}); };
-    std::optional<Point> entry = enters(touch.start, touch.target);
+    std::optional<Point> entry;
+    if (known.contains(touch.start)) {
+        // Another solid stands there: a tool that came from above the open edge would meet its side.
+        const Point middle = (state_.sample(touch.beside[0]) + state_.sample(touch.beside[1])) / 2;
+        entry = enters(middle + options_.standoff * (touch.start - touch.target).normalized(), touch.start);
+    } else {
+        entry = enters(touch.start, touch.target);
+    }
     if (!entry && touch.under) entry = enters(touch.target, *touch.under);
     const Point& end = entry ? *entry : touch.target;
     const bool is_buried = known.is_buried(end);

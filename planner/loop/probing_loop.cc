@@ -392,6 +392,7 @@ Result ProbingLoop::result() {
     result.lower_bound_samples = lower_bound_samples(surface_area(surface.mesh), options_.epsilon);
     result.lower_bound_displacement = static_cast<double>(result.samples - 1) * options_.epsilon;
     result.mesh = std::move(surface.mesh);
+    result.sample_of = std::move(surface.sample_of);
     result.ball_radii = std::move(surface.ball_radii);
     return result;
 }

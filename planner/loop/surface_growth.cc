@@ -130,7 +130,8 @@ SurfaceGrowth::Step SurfaceGrowth::look_up(const FrontTouch& asked) {
     const FacetView& edge = *asked.along;
     const double height = edge.up.dot(at - edge.line.origin);
     const double around = kKnownGap * options_.epsilon;
-    if (state_.recorded_state(edge.inwards) != EdgeState::unknown || height - around < edge.bottom || height + around > edge.top) {
+    if (state_.recorded_state(edge.inwards) != EdgeState::unknown || model_.is_distrusted(edge.corners) || height - around < edge.bottom ||
+        height + around > edge.top) {
         front_.note_missed(edge.corners);
         return Step{};
     }

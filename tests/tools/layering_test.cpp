@@ -25,6 +25,7 @@ const std::map<std::string, std::set<std::string>> kMayInclude = {
     {"planner/plausibility", {"planner", "planner/delaunay", "planner/inference"}},
     {"planner/motion", {"planner", "planner/delaunay", "planner/inference"}},
     {"planner/loop", {"planner", "planner/delaunay", "planner/inference", "planner/plausibility", "planner/motion"}},
+    {"planner/part", {"planner"}},
     {"devices", {"planner"}},
     {"devices/calibration", {"devices", "planner"}},
     {"devices/decorators", {"devices", "planner"}},

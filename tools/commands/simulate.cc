@@ -31,10 +31,11 @@ ExitCode run(const SimulateCommand& command, Output& output) {
     if (signals.token().stop_requested()) throw Stopped("stopped; nothing was written");
     warn_of_other_truth(run);
     write_file(command.folder / kConfigFile, text);
-    const std::string summary = to_json(run, config.probing.epsilon, provenance);
-    const std::string files = write_results(command.folder, run.result, provenance, summary, command.picture);
+    const std::optional<PartResult> part = part_of(run.result, config);
+    const std::string summary = to_json(run, part, config.probing.epsilon, provenance);
+    const std::string files = write_results(command.folder, run.result, part, provenance, summary, command.picture);
     signals.release();
-    tell_result(output, run.result, config.probing.epsilon, describe_truth(run), summary, command.folder,
+    tell_result(output, run.result, part, config.probing.epsilon, describe_truth(run), summary, command.folder,
                 fmt::format("config.yaml, {}", files));
     return exit_code_of(run.result);
 }

@@ -147,11 +147,12 @@ void Painter::gather_light() {
 // Before light: the surface's colour, and that of an edge's line where it covers a part of the pixel around this place.
 Colour Painter::surface_colour(std::size_t t, double x, double y) const {
     const int n = options_.supersampling;
-    if (!options_.edges) return kSurface;
+    const Colour surface = t < options_.triangle_colours.size() ? from_srgb(options_.triangle_colours[t]) : kSurface;
+    if (!options_.edges) return surface;
     const double edge_px = edge_length_ * camera_.magnification(seen_.nearness(t)) / n;
     const auto cover = static_cast<float>(std::clamp(kEdgeHalfWidthPx + 0.5 - seen_.edge_distance(t, x, y) / n, 0.0, 1.0));
     const float line = cover * kEdgeOpacity * static_cast<float>(std::min(1.0, edge_px / kEdgeFadePx));
-    return (1.0F - line) * kSurface + line * kEdge;
+    return (1.0F - line) * surface + line * kEdge;
 }
 
 Colour Painter::touch_colour(const Point& touch, double x, double y) const {

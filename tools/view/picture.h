@@ -1,6 +1,7 @@
 // A picture of a mesh and its touches, drawn in software: the same bytes on every machine with or without a screen.
 #pragma once
 
+#include <array>
 #include <cstdint>
 #include <span>
 #include <vector>
@@ -14,11 +15,12 @@ struct PictureOptions {
     Vector up = Vector::UnitZ();            // not parallel to view_direction
     int width_px = 1200;
     int height_px = 1200;
-    int supersampling = 3;       // samples per pixel along each axis, 1 to 8
-    bool perspective = true;     // otherwise parallel
-    double margin = 0.08;        // of each side of the picture, in [0, 0.5): the mesh fills the rest in one direction at least
-    bool edges = true;           // fine dark lines along the triangles' edges; they fade where triangles are tiny
-    bool ground = true;          // a soft shadow on a floor below the mesh, where the view is from above
+    int supersampling = 3;    // samples per pixel along each axis, 1 to 8
+    bool perspective = true;  // otherwise parallel
+    double margin = 0.08;     // of each side of the picture, in [0, 0.5): the mesh fills the rest in one direction at least
+    bool edges = true;        // fine dark lines along the triangles' edges; they fade where triangles are tiny
+    bool ground = true;       // a soft shadow on a floor below the mesh, where the view is from above
+    std::vector<std::array<std::uint8_t, 3>> triangle_colours{};  // sRGB, by triangle; none: all the same
     double touch_radius = 0.13;  // of the median length of edges, ≥ 0: touches are balls around their points, never large ones
 };
 

@@ -24,4 +24,14 @@ std::uint8_t to_srgb(float linear) {
     return kBytes[static_cast<std::size_t>(std::clamp(linear, 0.0F, 1.0F) * kSteps + 0.5F)];
 }
 
+Colour from_srgb(const std::array<std::uint8_t, 3>& srgb) {
+    Colour colour;
+    for (std::size_t k = 0; k < srgb.size(); ++k) {
+        const double encoded = srgb.at(k) / 255.0;
+        const double linear = encoded <= 0.04045 ? encoded / 12.92 : std::pow((encoded + 0.055) / 1.055, 2.4);
+        colour[static_cast<Eigen::Index>(k)] = static_cast<float>(linear);
+    }
+    return colour;
+}
+
 }  // namespace palpate

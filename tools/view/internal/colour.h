@@ -2,6 +2,7 @@
 #pragma once
 
 #include <Eigen/Core>
+#include <array>
 #include <cstdint>
 
 namespace palpate {
@@ -12,5 +13,6 @@ using Colour = Eigen::Array3f;  // linear light
 [[nodiscard]] Colour soften(const Colour& light);
 
 [[nodiscard]] std::uint8_t to_srgb(float linear);
+[[nodiscard]] Colour from_srgb(const std::array<std::uint8_t, 3>& srgb);
 
 }  // namespace palpate

@@ -1,0 +1,140 @@
+#include "tools/part_result.h"
+
+#include <fmt/format.h>
+
+#include <cmath>
+#include <iterator>
+
+#include "tools/session_files.h"
+
+namespace palpate {
+namespace {
+
+constexpr std::array<PartTag, kPartTags> kTags{PartTag::tip,     PartTag::shadow,  PartTag::ambiguous,
+                                               PartTag::fixture, PartTag::bridged, PartTag::untouched};
+
+TracedSurface traced_surface(const Result& result, const std::vector<std::uint32_t>& point_of_touch) {
+    TracedSurface traced{result.mesh, std::vector<std::uint8_t>(result.mesh.points.size()),
+                         std::vector<Vector>(result.mesh.points.size(), Vector::Zero())};
+    for (std::size_t k = 0; k < result.touches.size(); ++k) {
+        const std::uint32_t point = point_of_touch[k];
+        if (point == PartResult::kNoPoint) continue;
+        const Touch& touch = result.touches[k];
+        traced.is_fixture[point] = touch.is_known ? 1 : 0;
+        const Vector back = touch.from - touch.position;
+        if (back.norm() > 0) traced.to_tool[point] = back.normalized();
+    }
+    return traced;
+}
+
+std::vector<std::uint32_t> points_of_touches(const Result& result) {
+    std::vector<std::uint32_t> point_of_sample(result.samples, PartResult::kNoPoint);
+    for (std::size_t k = 0; k < result.sample_of.size(); ++k) point_of_sample[result.sample_of[k]] = static_cast<std::uint32_t>(k);
+    std::vector<std::uint32_t> points;
+    points.reserve(result.touches.size());
+    for (const Touch& touch : result.touches) points.push_back(touch.sample ? point_of_sample[*touch.sample] : PartResult::kNoPoint);
+    return points;
+}
+
+}  // namespace
+
+std::optional<PartResult> part_of(const Result& result, const SessionConfig& config) {
+    if (!config.tool || result.mesh.triangles.empty()) return std::nullopt;
+    PartResult part;
+    part.point_of_touch = points_of_touches(result);
+    Compensation found =
+        compensate(traced_surface(result, part.point_of_touch), *config.tool, {config.traits().touch_error, config.probing.epsilon});
+    part.touched = std::move(found.touched);
+    part.report = found.report;
+    part.surface = config.results.part == ResultSpec::Part::open ? without_unmeasured(found.closed) : std::move(found.closed);
+    part.topology = analyse_topology(part.surface.mesh);
+    return part;
+}
+
+TagColour colour_of(PartTag tag) {
+    switch (tag) {
+        case PartTag::tip:
+            return {150, 172, 205};
+        case PartTag::shadow:
+            return {95, 95, 105};
+        case PartTag::ambiguous:
+            return {225, 195, 80};
+        case PartTag::fixture:
+            return {205, 190, 165};
+        case PartTag::bridged:
+            return {225, 135, 60};
+        case PartTag::untouched:
+            return {190, 70, 65};
+    }
+    return {};
+}
+
+std::string to_ply(const PartSurface& part, const std::vector<std::string>& comments) {
+    std::string text = "ply\nformat ascii 1.0\n";
+    const auto out = std::back_inserter(text);
+    for (const std::string& comment : comments) fmt::format_to(out, "comment {}\n", comment);
+    for (const PartTag tag : kTags) fmt::format_to(out, "comment tag {}: {}\n", static_cast<int>(tag), name_of(tag));
+    fmt::format_to(out,
+                   "element vertex {}\n"
+                   "property double x\nproperty double y\nproperty double z\n"
+                   "property double nx\nproperty double ny\nproperty double nz\n"
+                   "property double uncertainty\n"
+                   "property uchar tag\n"
+                   "property uchar red\nproperty uchar green\nproperty uchar blue\n"
+                   "element face {}\n"
+                   "property list uchar int vertex_indices\n"
+                   "property uchar tag\n"
+                   "end_header\n",
+                   part.mesh.points.size(), part.mesh.triangles.size());
+    for (std::size_t k = 0; k < part.mesh.points.size(); ++k) {
+        const Point& p = part.mesh.points[k];
+        const Vector& n = part.normals[k];
+        const double uncertainty = std::isfinite(part.uncertainty[k]) ? part.uncertainty[k] : -1.0;
+        const auto [red, green, blue] = colour_of(part.tags[k]);
+        fmt::format_to(out, "{} {} {} {} {} {} {} {} {} {} {}\n", p.x(), p.y(), p.z(), n.x(), n.y(), n.z(), uncertainty,
+                       static_cast<int>(part.tags[k]), red, green, blue);
+    }
+    for (std::size_t k = 0; k < part.mesh.triangles.size(); ++k) {
+        const auto& [a, b, c] = part.mesh.triangles[k];
+        fmt::format_to(out, "3 {} {} {} {}\n", a, b, c, static_cast<int>(part.facet_tags[k]));
+    }
+    return text;
+}
+
+std::string to_csv(const std::vector<Touch>& touches, const PartResult& part) {
+    const std::string plain = to_csv(touches);
+    std::string text;
+    const auto out = std::back_inserter(text);
+    std::size_t begin = 0;
+    for (std::size_t line = 0; begin < plain.size(); ++line) {
+        const std::size_t end = plain.find('\n', begin);
+        text.append(plain, begin, end - begin);
+        begin = end + 1;
+        if (line == 0) {
+            text += ",tag,part_x,part_y,part_z,uncertainty\n";
+            continue;
+        }
+        const std::uint32_t point = part.point_of_touch[line - 1];
+        if (point == PartResult::kNoPoint) {
+            fmt::format_to(out, ",{},,,,\n", touches[line - 1].is_known ? name_of(PartTag::fixture) : "");
+            continue;
+        }
+        const TouchedPoint& touched = part.touched[point];
+        const std::string uncertainty = std::isfinite(touched.uncertainty) ? fmt::format("{}", touched.uncertainty) : "";
+        fmt::format_to(out, ",{},{},{},{},{}\n", name_of(touched.tag), touched.point.x(), touched.point.y(), touched.point.z(),
+                       uncertainty);
+    }
+    return text;
+}
+
+std::string describe(const PartReport& report) {
+    std::string areas;
+    for (const PartTag tag : kTags) {
+        const double area = report.area.at(static_cast<std::size_t>(tag));
+        if (area > 0) areas += fmt::format("{}{:.4g} mm² {}", areas.empty() ? "" : ", ", area, name_of(tag));
+    }
+    return fmt::format("{}; uncertainty of what was measured {:.3g} mm in the median, {:.3g} for 95 %, at most {:.3g}", areas,
+                       report.uncertainty_median, report.uncertainty_95, report.uncertainty_maximum);
+}
+
+}  // namespace palpate
