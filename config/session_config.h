@@ -2,10 +2,12 @@
 #pragma once
 
 #include <cstdint>
+#include <filesystem>
 #include <optional>
 #include <variant>
 
 #include "config/machine_config.h"
+#include "devices/calibration/probe_calibration.h"
 #include "planner/fixtures.h"
 #include "planner/options.h"
 #include "planner/region.h"
@@ -18,6 +20,12 @@ namespace palpate {
 struct AutoWorkspace {};
 
 using WorkspaceSpec = std::variant<AutoWorkspace, Ball, Box>;
+
+// Where a qualification of the tool stands.
+struct CalibrationSpec {
+    std::filesystem::path file;  // empty: none
+    double max_age_days = 7.0;   // > 0: older ones are warned of
+};
 
 // What is made of what was touched.
 struct ResultSpec {
@@ -32,6 +40,9 @@ struct SessionConfig {
     std::optional<ObjectSpec> object;      // the hidden object of a simulation or of a virtual machine
     std::optional<MachineConfig> machine;  // to probe with; a simulation needs none
     std::optional<ToolShape> tool;         // none: a point
+    CalibrationSpec calibration;           // of the tool
+    // What that file says; the reader looks at no file but its own (tools/calibration_file).
+    std::optional<ProbeCalibration> probe_calibration;
     WorkspaceSpec workspace;
     Fixtures fixtures;  // with a box as workspace only
     Options probing;

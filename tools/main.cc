@@ -157,6 +157,60 @@ int main(int argc, char** argv) {
     add_overrides(touch_app, touch.overrides);
     touch_app->footer("Example: palpate touch my_part.yaml --from 0,0,40 --to 0,0,25");
 
+    CalibrateCommand calibrate;
+    CLI::App* const calibrate_app =
+        app.add_subcommand("calibrate", "Qualify the probe on a reference sphere: effective radius, lobes, repeatability");
+    calibrate_app->add_option("CONFIG", calibrate.config, "Configuration with a machine and a tool, YAML")->required();
+    calibrate_app->add_option("--sphere", calibrate.sphere, "Where the sphere's centre is, to within 0.8 mm")
+        ->required()
+        ->delimiter(',')
+        ->expected(3)
+        ->type_name("X,Y,Z");
+    calibrate_app->add_option("--diameter", calibrate.diameter, "The sphere's, mm, as its certificate says")
+        ->required()
+        ->check(CLI::PositiveNumber);
+    calibrate_app->add_option("-o,--output", calibrate.output, "Calibration to write; without it CONFIG.calibration.json beside CONFIG")
+        ->type_name("FILE")
+        ->check(explain_option_as_name);
+    calibrate_app->add_option("--touches", calibrate.touches, "Places that are touched for the map")
+        ->check(CLI::Range(25, 50))
+        ->capture_default_str();
+    calibrate_app->add_flag("--write", calibrate.write, "Have CONFIG name the calibration, in tool.calibration");
+    add_yes(calibrate_app, calibrate.yes);
+    add_overrides(calibrate_app, calibrate.overrides);
+    calibrate_app->footer(
+        "Example: palpate calibrate my_machine.yaml --sphere 80,-60,25 --diameter 25.4\n"
+        "         palpate calibrate my_machine.yaml --sphere 80,-60,25 --diameter 25.4 --write --yes\n"
+        "Move the tool above the sphere first: it goes straight there, guarded. An older calibration is replaced.");
+
+    SetupCommand setup;
+    CLI::App* const setup_app =
+        app.add_subcommand("setup", "Touch the table and around the part, and put workspace, table and seed rays into a configuration");
+    setup_app->add_option("CONFIG", setup.config, "Configuration with a machine and a tool, YAML")->required();
+    setup_app->add_option("--table", setup.table, "Three places to touch the table at, mm; without it near the corners of machine.limits")
+        ->delimiter(',')
+        ->expected(6)
+        ->type_name("X,Y X,Y X,Y");
+    setup_app->add_option("--around", setup.around, "Touch the part from its sides at this height of the ball's centre, mm, and from above")
+        ->type_name("Z");
+    setup_app->add_option("--box", setup.box, "The part's corners, lowest and highest, mm; it is touched from above alone")
+        ->delimiter(',')
+        ->expected(6)
+        ->type_name("X,Y,Z X,Y,Z")
+        ->excludes("--around");
+    setup_app->add_option("--center", setup.center, "A place on the part, mm; without it the middle of machine.limits, or of --box")
+        ->delimiter(',')
+        ->expected(2)
+        ->type_name("X,Y");
+    setup_app->add_option("--margin", setup.margin, "Between part and ball and the workspace's faces, mm; without it 3 x probing.epsilon")
+        ->check(CLI::PositiveNumber);
+    setup_app->add_flag("--yes", setup.yes, "Agree in advance that the machine moves and CONFIG is changed: for unattended use");
+    add_overrides(setup_app, setup.overrides);
+    setup_app->footer(
+        "Example: palpate setup my_part.yaml --around 8\n"
+        "         palpate setup my_part.yaml --table -60,-60 60,-60 0,60 --box -20,-15,0 20,15,30 --yes\n"
+        "Move the tool above everything that stands on the table first: it goes from place to place at that height.");
+
     CLI::App* const ports_app = app.add_subcommand("ports", "List the serial ports of this computer and what hangs on them");
     ports_app->footer("Example: palpate ports");
 
@@ -252,6 +306,10 @@ int main(int argc, char** argv) {
             code = run(picture, output);
         } else if (*touch_app) {
             code = run(touch, output);
+        } else if (*calibrate_app) {
+            code = run(calibrate, output);
+        } else if (*setup_app) {
+            code = run(setup, output);
         } else if (*ports_app) {
             code = run(PortsCommand{}, output);
         } else if (*vm_app) {

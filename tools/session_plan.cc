@@ -38,6 +38,7 @@ Surroundings machine_workspace(const SessionConfig& config) {
 
 std::vector<std::filesystem::path> inputs_of(const SessionConfig& config, const std::filesystem::path& file) {
     std::vector<std::filesystem::path> inputs = {file};
+    if (!config.calibration.file.empty()) inputs.push_back(config.calibration.file);
     if (!config.object) return inputs;
     if (const auto* mesh = std::get_if<MeshSpec>(&*config.object)) inputs.push_back(mesh->file);
     return inputs;

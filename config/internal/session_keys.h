@@ -30,7 +30,11 @@ void describe(Archive& keys, SessionConfig& config) {
         keys,
         {"machine", "the machine that `palpate probe` drives, and that `palpate vm` imitates", Need::optional, "", "none", Layout::block},
         config.machine);
-    mapping(keys, {"tool", "what the machine touches with; none: a point", Need::optional, "", "none"}, config.tool);
+    ToolShape tool = config.tool.value_or(ToolShape{});
+    if (keys.mapping({"tool", "what the machine touches with; none: a point", Need::optional, "", "none"}, config.tool.has_value(),
+                     [&](Archive& inner) { describe(inner, tool, config.calibration); })) {
+        config.tool = tool;
+    }
     const bool is_auto = std::holds_alternative<AutoWorkspace>(config.workspace);
     keys.word_or_mapping(
         {"workspace",

@@ -5,6 +5,7 @@
 #include <variant>
 
 #include "config/internal/kinds.h"
+#include "config/session_config.h"
 #include "planner/fixtures.h"
 #include "planner/tool_shape.h"
 
@@ -33,7 +34,16 @@ void describe_shaft(Archive& keys, std::string_view meaning_of_length, ToolShape
 }
 
 template <class Archive>
-void describe(Archive& keys, ToolShape& tool) {
+void describe(Archive& keys, CalibrationSpec& calibration) {
+    keys.value(
+        {"calibration", "what `palpate calibrate` found out about it: a file, relative to the config file", Need::optional, "", "none"},
+        calibration.file, File{});
+    keys.value({"calibration_max_age", "an older calibration is warned of", Need::optional, "days"}, calibration.max_age_days,
+               Number{kPositive});
+}
+
+template <class Archive>
+void describe(Archive& keys, ToolShape& tool, CalibrationSpec& calibration) {
     keys.mapping({"ball", "its tip; positions are those of the ball's centre", Need::required}, true, [&](Archive& inner) {
         inner.value({"diameter", "diameter of the ball", Need::required, kMillimetres}, tool.ball_diameter, Number{kLength});
     });
@@ -54,6 +64,7 @@ void describe(Archive& keys, ToolShape& tool) {
                      describe_holder)) {
         tool.holder = holder;
     }
+    if (keys.wants(!calibration.file.empty())) describe(keys, calibration);
     keys.require(!tool.stylus || tool.stylus->diameter <= tool.ball_diameter, "stylus",
                  "is thicker than the ball; allowed: a diameter of at most that of the ball (mm)");
     keys.require(tool.stylus || !tool.holder, "holder", "has no stylus that it could hold; allowed: with tool.stylus only");

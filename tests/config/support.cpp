@@ -285,6 +285,8 @@ std::vector<std::string> flatten(const SessionConfig& config) {
     }
     flat.add(std::uint64_t{config.tool.has_value()});
     if (config.tool) flat.add(*config.tool);
+    flat.add(config.calibration.file.string());
+    flat.add(config.calibration.max_age_days);
     flat.add_all(config.workspace, config.fixtures, config.probing, config.probing.random_seed);
     return flat.words();
 }
@@ -351,6 +353,7 @@ SessionConfig random_config(std::mt19937_64& random) {
     }
     if (flip(random)) config.machine = random_machine(random);
     if (flip(random)) config.tool = random_tool(random);
+    if (config.tool && flip(random)) config.calibration = {"/calibrations/probe.json", length(random)};
     config.workspace = random_workspace(random);
     if (const auto* box = std::get_if<Box>(&config.workspace)) config.fixtures = random_fixtures(random, *box);
     Options& probing = config.probing;

@@ -103,7 +103,8 @@ TEST_F(CommandLine, WithoutAWordItSaysWhatItIsAndWhichCommandsItHas) {
     const Outcome outcome = palpate("");
     EXPECT_EQ(outcome.exit_code, 2);
     EXPECT_THAT(outcome.err, ::testing::StartsWith("Palpate discovers the shape of an unknown solid by touching it.\n"));
-    for (const std::string command : {"simulate", "probe", "resume", "picture", "touch", "ports", "vm", "check", "bench"}) {
+    for (const std::string command :
+         {"simulate", "probe", "resume", "picture", "touch", "calibrate", "setup", "ports", "vm", "check", "bench"}) {
         EXPECT_THAT(outcome.err, HasSubstr("\n  " + command + " ")) << "a line of its own";
     }
     EXPECT_THAT(outcome.err, HasSubstr("palpate --help"));

@@ -1,5 +1,6 @@
 // palpate check: would a session begin? Moves nothing.
 #include <fmt/format.h>
+#include <spdlog/spdlog.h>
 
 #include <ostream>
 
@@ -7,6 +8,7 @@
 #include "config/strategy_names.h"
 #include "devices/errors.h"
 #include "planner/number_text.h"
+#include "tools/calibration_file.h"
 #include "tools/commands/commands.h"
 #include "tools/hindsight.h"
 #include "tools/machine.h"
@@ -23,6 +25,7 @@ namespace {
 // What is known of the tool and around the part, if anything is.
 void tell_tool(const SessionConfig& config, std::ostream& out) {
     if (config.tool) out << "tool           " << describe(*config.tool) << '\n';
+    if (config.probe_calibration) out << "calibration    " << describe(*config.probe_calibration) << '\n';
     if (!config.fixtures.solids.empty()) out << "fixtures       " << describe(config.fixtures) << '\n';
 }
 
@@ -99,7 +102,8 @@ const char* inference_text(Strategy::Infer infer) {
 
 ExitCode run(const CheckCommand& command, Output& output) {
     std::ostream& out = output.results;
-    const SessionConfig config = read_config(command.config, command.overrides);
+    const SessionConfig config = with_calibration(read_config(command.config, command.overrides));
+    for (const std::string& warning : calibration_warnings(config, std::chrono::system_clock::now())) spdlog::warn("{}", warning);
     if (config.machine) return check_machine(command, config, output);
     const Scene scene = build_scene(config);
     print_warnings(scene.object);

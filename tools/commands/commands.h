@@ -3,6 +3,7 @@
 
 #include <cstdint>
 #include <filesystem>
+#include <optional>
 #include <string>
 #include <vector>
 
@@ -62,6 +63,26 @@ struct TouchCommand {
     std::vector<double> to;
     bool yes = false;
 };
+struct CalibrateCommand {
+    std::filesystem::path config;
+    std::vector<std::string> overrides;
+    std::vector<double> sphere;    // mm, three
+    double diameter = 0.0;         // mm
+    std::filesystem::path output;  // empty: CONFIG with another extension
+    std::size_t touches = 50;      // for the map
+    bool write = false;            // have the configuration name the calibration
+    bool yes = false;
+};
+struct SetupCommand {
+    std::filesystem::path config;
+    std::vector<std::string> overrides;
+    std::vector<double> table;     // mm: x, y of three touches; empty: near the corners of the limits
+    std::optional<double> around;  // mm: height of the touches around the part; one of these two
+    std::vector<double> box;       // mm: x, y, z of the part's lowest and highest corner
+    std::vector<double> center;    // mm: x, y of a place on the part; empty: the middle of the box, or of the limits
+    std::optional<double> margin;  // mm: between the part, as the ball touches it, and the workspace's faces; none: 3 epsilon
+    bool yes = false;              // to moves, and to the change of the configuration
+};
 struct PortsCommand {};
 struct VmCommand {
     std::filesystem::path config;
@@ -96,6 +117,8 @@ ExitCode run(const ProbeCommand& command, Output& output);
 ExitCode run(const ResumeCommand& command, Output& output);
 ExitCode run(const PictureCommand& command, Output& output);
 ExitCode run(const TouchCommand& command, Output& output);
+ExitCode run(const CalibrateCommand& command, Output& output);
+ExitCode run(const SetupCommand& command, Output& output);
 ExitCode run(const PortsCommand& command, Output& output);
 ExitCode run(const VmCommand& command, Output& output);
 

@@ -3,6 +3,7 @@
 #include <nlohmann/json.hpp>
 
 #include "config/config_error.h"
+#include "devices/calibration/probe_calibration.h"
 #include "devices/errors.h"
 #include "devices/session/journaling_device.h"
 #include "planner/errors.h"
@@ -50,6 +51,8 @@ ExitCode explain_current_exception(Output& output) {
     } catch (const ObjectError& error) {
         return say(error, ExitCode::usage);
     } catch (const SetupError& error) {
+        return say(error, ExitCode::usage);
+    } catch (const CalibrationError& error) {
         return say(error, ExitCode::usage);
     } catch (const OutputError& error) {
         return say(error, ExitCode::usage);

@@ -1,6 +1,9 @@
 // palpate probe: a session on a machine.
+#include <spdlog/spdlog.h>
+
 #include "config/reader.h"
 #include "config/writer.h"
+#include "tools/calibration_file.h"
 #include "tools/commands/commands.h"
 #include "tools/operated_session.h"
 #include "tools/session_files.h"
@@ -11,7 +14,8 @@ namespace palpate {
 
 ExitCode run(const ProbeCommand& command, Output& output) {
     StopSignals signals;
-    const SessionConfig config = read_config(command.config, command.overrides);
+    const SessionConfig config = with_calibration(read_config(command.config, command.overrides));
+    for (const std::string& warning : calibration_warnings(config, std::chrono::system_clock::now())) spdlog::warn("{}", warning);
     (void)machine_workspace(config);
     const std::string text = write_config(config, command.folder);
     // A process that was killed before its session began has left its configuration, and an empty journal perhaps.
