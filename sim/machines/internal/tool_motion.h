@@ -44,7 +44,11 @@ struct ToolMotion {
     // When it comes there, if it comes that far.
     [[nodiscard]] std::optional<Seconds> next_crossing() const {
         if (stretch + 1 >= stretches.size()) return std::nullopt;
-        const auto time = profile.time_at(next_change() - base);
+        // What lies at the target is reached, whatever rounding makes of a profile's length.
+        constexpr double kRounding = 1e-9;  // mm: far more
+        const double at = next_change() - base;
+        const double end = profile.length();
+        const auto time = profile.time_at(at > end && at - end < kRounding ? end : at);
         return time ? std::optional(start + *time) : std::nullopt;
     }
 };
