@@ -42,4 +42,38 @@ double deepest_between(const Obstacle& obstacle, const Segment& way, double from
     return deepest;
 }
 
+const Leg& leg_at(const Legs& legs, double distance) {
+    const auto leg = std::ranges::find_if(legs, [&](const Leg& l) { return distance < l.to; });
+    return leg == legs.end() ? legs.back() : *leg;
+}
+
+std::vector<Stretch> stretches_of(const Obstacle& obstacle, const Legs& legs) {
+    std::vector<Stretch> all;
+    for (const Leg& leg : legs) {
+        const double real = (leg.way.target - leg.way.source).norm();
+        const double scale = real > 0.0 ? (leg.to - leg.from) / real : 0.0;
+        for (const Stretch& stretch : stretches_of(obstacle, leg.way)) {
+            // The first and the last of a leg end with it, whatever rounding makes of them.
+            const double to = stretch.to < real ? leg.from + stretch.to * scale : leg.to;
+            if (!all.empty() && all.back().inside == stretch.inside) {
+                all.back().to = to;
+            } else {
+                all.push_back({leg.from + stretch.from * scale, to, stretch.inside});
+            }
+        }
+    }
+    return all;
+}
+
+double deepest_between(const Obstacle& obstacle, const Legs& legs, double from, double to, double step) {
+    double deepest = 0.0;
+    for (const Leg& leg : legs) {
+        if (leg.to < from || leg.from > to) continue;
+        const double scale = leg.to > leg.from ? (leg.way.target - leg.way.source).norm() / (leg.to - leg.from) : 0.0;
+        const auto real = [&](double distance) { return (std::clamp(distance, leg.from, leg.to) - leg.from) * scale; };
+        deepest = std::max(deepest, deepest_between(obstacle, leg.way, real(from), real(to), step));
+    }
+    return deepest;
+}
+
 }  // namespace palpate
