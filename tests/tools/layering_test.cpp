@@ -37,12 +37,12 @@ const std::map<std::string, std::set<std::string>> kMayInclude = {
     {"sim/probe", {"devices/calibration", "planner"}},
     {"sim/tool", {"sim/objects", "planner"}},
     {"sim/machines", {"sim", "sim/objects", "sim/probe", "devices", "devices/modbus", "planner"}},
-    {"config", {"sim/objects", "sim/probe", "devices", "devices/calibration", "devices/modbus", "devices/posix", "devices/session", "planner"}},
+    {"config", {"sim/objects", "sim/probe", "devices", "devices/modbus", "devices/posix", "devices/session", "planner"}},
     {"tools/terminal", {"devices", "devices/session", "planner"}},
     {"tools/view", {"planner"}},
     {"tools",
-     {"tools/terminal", "tools/view", "config", "sim", "sim/objects", "sim/probe", "sim/tool", "sim/machines", "devices", "devices/decorators",
-      "devices/grbl", "devices/modbus", "devices/posix", "devices/session", "planner"}},
+     {"tools/terminal", "tools/view", "config", "sim", "sim/objects", "sim/probe", "sim/tool", "sim/machines", "devices",
+      "devices/decorators", "devices/grbl", "devices/modbus", "devices/posix", "devices/session", "planner"}},
 };
 // The one door from a top folder into the room below it.
 const std::map<std::string, std::set<std::string>> kDoors = {
