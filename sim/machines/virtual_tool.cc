@@ -3,6 +3,7 @@
 #include <algorithm>
 #include <cassert>
 #include <cmath>
+#include <limits>
 #include <utility>
 
 #include "sim/machines/internal/probe_input.h"
@@ -47,9 +48,10 @@ void VirtualTool::start_move(const Point& target, double feed_mm_per_s, Guard gu
     motion_ = std::make_unique<ToolMotion>(
         ToolMotion{std::move(legs), length, direction, profile, feed_mm_per_s, guard, now_, std::move(stretches)});
     if (guard == Guard::until_contact) motion_->late = draw_noise();
+    motion_->felt = motion_->stretches;
     if (errors_ && length > 0.0) draw_errors();
     // A tool that rests on S lets go of it as it begins to move away.
-    if (length > 0.0) input_->touch(motion_->stretches.front().inside, now_);
+    if (length > 0.0) input_->touch(motion_->felt.front().inside, now_);
     watch(0.0);
     if (length == 0.0) motion_.reset();
 }
@@ -83,13 +85,41 @@ std::vector<Leg> VirtualTool::legs_along(const Vector& steps, const Point& targe
 
 // Of the move that begins.
 void VirtualTool::draw_errors() {
-    if (motion_->guard == Guard::none) return;
-    if (options_.errors.bounces > 0.0) input_->set_bounces(errors_->bounces() ? 1 : 0);
-    if (motion_->guard != Guard::until_contact) return;
-    if (const auto share = errors_->false_trigger()) motion_->spark = now_ + *share * motion_->profile.duration();
-    const auto entry = std::ranges::find_if(motion_->stretches, [](const Stretch& s) { return s.inside; });
-    if (entry == motion_->stretches.end() || entry == motion_->stretches.begin()) return;
-    motion_->late += errors_->lateness(motion_->direction, obstacle_.normal(motion_->at(entry->from), motion_->direction));
+    if (motion_->guard != Guard::none && options_.errors.bounces > 0.0) input_->set_bounces(errors_->bounces() ? 1 : 0);
+    double late = 0.0;
+    if (motion_->guard == Guard::until_contact) {
+        if (const auto share = errors_->false_trigger()) motion_->spark = now_ + *share * motion_->profile.duration();
+        late = lateness();
+    } else if (is_pressed_open()) {
+        late = std::numeric_limits<double>::infinity();
+    }
+    motion_->felt = felt_of(std::move(motion_->felt), late, earliness());
+}
+
+double VirtualTool::earliness() const {
+    const std::vector<Stretch>& stretches = motion_->stretches;
+    const auto entry = std::ranges::find_if(stretches, [](const Stretch& s) { return s.inside; });
+    if (entry == stretches.end() || entry + 1 == stretches.end()) return 0.0;
+    const Vector normal = obstacle_.normal(motion_->at(entry->to), -motion_->direction);
+    return std::max(0.0, options_.errors.pretravel(normal, motion_->direction.dot(normal)));
+}
+
+// It touches, and was not pressed so far that the probe closed.
+bool VirtualTool::is_pressed_open() const {
+    return motion_->stretches.front().inside && !input_->is_touching() && obstacle_.depth(place_) <= options_.errors.touch_error(0.0);
+}
+
+double VirtualTool::lateness() {
+    const std::vector<Stretch>& stretches = motion_->stretches;
+    const Vector& direction = motion_->direction;
+    if (stretches.front().inside) {
+        if (!is_pressed_open()) return 0.0;
+        constexpr double kStep = 1e-4;  // mm: tells where it is deeper
+        const bool is_deeper = obstacle_.depth(place_ + kStep * direction) > obstacle_.depth(place_);
+        return is_deeper ? std::max(0.0, errors_->lateness(direction, -direction)) : std::numeric_limits<double>::infinity();
+    }
+    const auto entry = std::ranges::find_if(stretches, [](const Stretch& s) { return s.inside; });
+    return entry == stretches.end() ? 0.0 : errors_->lateness(direction, obstacle_.normal(motion_->at(entry->from), direction));
 }
 
 Vector VirtualTool::drift() const { return options_.errors.drift_at(now_, touches_); }
@@ -203,7 +233,7 @@ void VirtualTool::handle_events() {
     }
     if (const auto crossing = motion_->next_crossing(); crossing && *crossing <= now_) {
         distance = motion_->next_change();  // not what rounding of times makes of it
-        input_->touch(motion_->stretches[++motion_->stretch].inside, now_);
+        input_->touch(motion_->felt[++motion_->stretch].inside, now_);
     }
     watch(distance);
     if (motion_->slow_down && *motion_->slow_down <= now_) {
@@ -277,7 +307,10 @@ bool VirtualTool::is_fast(const ToolMotion& motion) const {
 
 bool VirtualTool::is_unsafe(const ToolMotion& motion, double distance, double deepest) const {
     const double resolution = options_.motion.resolution_mm;
-    const bool deeper = deepest > obstacle_.depth(motion.source()) + resolution;
+    const double begin = obstacle_.depth(motion.source());
+    // Axes that turn take up their play one before the other, so that a tool in touch may be dragged along by it.
+    const double drag = begin > 0.0 ? options_.errors.backlash_mm.norm() : 0.0;
+    const bool deeper = deepest > begin + drag + resolution;
     if (motion.guard == Guard::until_contact) return deeper && is_too_deep(deepest);
     const auto enters = [&](const Stretch& stretch) {
         return stretch.inside && stretch.from > 0.0 && stretch.from < distance &&

@@ -31,7 +31,8 @@ struct VirtualToolOptions {
     double touch_noise_mm = 0.0;
     std::uint64_t touch_noise_seed = 1;
     // Besides, by the time that passes for the tool. It really is where they put it; what the machine says does not know of them. A trigger
-    // that is read late brakes late, too. Misses and bounces are of these where shares of them are given, not of the calls below.
+    // that is read late brakes late, too. The probe is closed while it is pressed farther than its pre-travel. Misses and bounces are of
+    // these where shares of them are given, not of the calls below.
     ProbeErrors errors{};
     // Told of every move that has ended: the way that was gone, in the obstacle's coordinates, and whether the probe closed on it. Errors
     // may bend a way (backlash): then of each straight part.
@@ -44,7 +45,8 @@ struct VirtualToolAudit {
     std::uint64_t unguarded_moves = 0;  // moves of any length that no contact would have ended
     std::uint64_t outside_limits = 0;   // moves that ended outside the limits, by more than the resolution
     // Moves that went deeper into the solid than the probe gives way; and those that no contact would have ended and that entered it, or
-    // went deeper than they started. Coming out of the solid after a touch is safe. Less than the resolution does not count.
+    // went deeper than they started. Coming out of the solid after a touch is safe. Less than the resolution does not count, nor does
+    // less than the backlash where a move begins inside.
     std::uint64_t unsafe_moves = 0;
     // Moves of any guard that went deeper than the probe gives way, as above, and were commanded faster than probing may be.
     std::uint64_t fast_moves_inside = 0;
@@ -130,6 +132,10 @@ private:
     [[nodiscard]] Vector steps_to(const Point& target) const;
     [[nodiscard]] std::vector<Leg> legs_along(const Vector& steps, const Point& target) const;
     void draw_errors();
+    [[nodiscard]] bool is_pressed_open() const;
+    // mm: so far behind the place where the way enters the solid the probe closes; so far before it comes out it opens.
+    [[nodiscard]] double lateness();
+    [[nodiscard]] double earliness() const;
 
     const Obstacle& obstacle_;
     VirtualToolOptions options_;

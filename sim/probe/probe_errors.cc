@@ -64,8 +64,7 @@ ProbeErrorDraws::ProbeErrorDraws(const ProbeErrors& errors)
     : errors_(errors), touches_(errors.seed), misses_(errors.seed + 1), bounces_(errors.seed + 2), false_triggers_(errors.seed + 3) {}
 
 double ProbeErrorDraws::lateness(const Vector& direction, const Vector& normal) {
-    const double cosine = std::max(kLeastCosine, -direction.dot(normal));
-    return errors_.pretravel(normal) / cosine + (errors_.sigma_mm > 0.0 ? errors_.sigma_mm * gaussian() : 0.0);
+    return errors_.pretravel(normal, -direction.dot(normal)) + (errors_.sigma_mm > 0.0 ? errors_.sigma_mm * gaussian() : 0.0);
 }
 
 bool ProbeErrorDraws::misses() { return happens(errors_.misses, misses_); }

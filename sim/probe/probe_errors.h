@@ -5,6 +5,7 @@
 // s = sin of the angle between n and a.
 #pragma once
 
+#include <algorithm>
 #include <array>
 #include <cstdint>
 #include <optional>
@@ -45,6 +46,10 @@ struct ProbeErrors {
     [[nodiscard]] bool is_any() const;
     // mm along n: of pre-travel.
     [[nodiscard]] double pretravel(const Vector& normal) const;
+    // mm along the way: of the same, where S is flat: a tool at a slant goes that much farther for it. `slope`: the sine of the angle
+    // between the way and S; kLeastSlope bounds it.
+    [[nodiscard]] double pretravel(const Vector& normal, double slope) const { return pretravel(normal) / std::max(kLeastSlope, slope); }
+    static constexpr double kLeastSlope = 0.1;
     // mm: how far beside S touches may lie at that feed, as a planner is told: 4 sigma, the greatest pre-travel, what latency, backlash and
     // swing amount to, and the drift of an hour and a thousand touches. False triggers are not among it.
     [[nodiscard]] double touch_error(double feed_mm_per_s) const;
@@ -60,10 +65,8 @@ class ProbeErrorDraws {
 public:
     explicit ProbeErrorDraws(const ProbeErrors& errors);
 
-    // mm along the way from the first contact to the trigger, without latency; negative: before it. A touch at a slant goes on until
-    // it is as deep as the pre-travel, where S is flat; kLeastCosine bounds that.
+    // mm along the way from the first contact to the trigger, without latency; negative: before it.
     [[nodiscard]] double lateness(const Vector& direction, const Vector& normal);
-    static constexpr double kLeastCosine = 0.1;
     [[nodiscard]] bool misses();
     [[nodiscard]] bool bounces();
     // Share of the move's way or time after which it triggers falsely.

@@ -21,7 +21,8 @@ struct ToolMotion {
     VirtualTool::Guard guard = VirtualTool::Guard::none;
     Seconds start{0.0};  // of the profile
     std::vector<Stretch> stretches{};
-    std::size_t stretch = 0;  // in which it is now
+    std::vector<Stretch> felt{};  // the same, as the probe shows them: with errors it closes later or earlier, or not at all
+    std::size_t stretch = 0;      // of these, in which it is now
     std::optional<Seconds> slow_down{};
     double base = 0.0;  // mm: of the way, where the profile begins
     bool is_stopping = false;
@@ -38,12 +39,12 @@ struct ToolMotion {
     [[nodiscard]] Seconds end() const { return start + profile.duration(); }
     // Where the probe changes the next time, if there is another stretch.
     [[nodiscard]] double next_change() const {
-        const Stretch& next = stretches[stretch + 1];
-        return next.inside ? std::clamp(next.from + late, stretches[stretch].from, next.to) : next.from;
+        const Stretch& next = felt[stretch + 1];
+        return next.inside ? std::clamp(next.from + late, felt[stretch].from, next.to) : next.from;
     }
     // When it comes there, if it comes that far.
     [[nodiscard]] std::optional<Seconds> next_crossing() const {
-        if (stretch + 1 >= stretches.size()) return std::nullopt;
+        if (stretch + 1 >= felt.size()) return std::nullopt;
         // What lies at the target is reached, whatever rounding makes of a profile's length.
         constexpr double kRounding = 1e-9;  // mm: far more
         const double at = next_change() - base;

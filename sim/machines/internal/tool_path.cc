@@ -29,6 +29,30 @@ std::vector<Stretch> stretches_of(const Obstacle& obstacle, const Segment& way) 
     return stretches;
 }
 
+std::vector<Stretch> felt_of(std::vector<Stretch> stretches, double late, double early) {
+    const auto entry = std::ranges::find_if(stretches, [](const Stretch& s) { return s.inside; });
+    if (entry == stretches.end()) return stretches;
+    const bool comes_out = entry + 1 != stretches.end();
+    const double from = std::max(entry->from + late, entry == stretches.begin() ? 0.0 : (entry - 1)->from);
+    const double to = comes_out ? entry->to - early : entry->to;
+    std::vector<Stretch> felt(stretches.begin(), entry);
+    const auto append = [&](double end, bool inside) {
+        if (!felt.empty() && felt.back().inside == inside) {
+            felt.back().to = end;
+        } else {
+            felt.push_back({felt.empty() ? 0.0 : felt.back().to, end, inside});
+        }
+    };
+    if (from < to) {
+        if (!felt.empty()) felt.back().to = from;
+        if (felt.empty() && from > 0.0) append(from, false);
+        append(to, true);
+    }
+    if (comes_out || from >= to) append(entry->to, false);
+    std::for_each(entry + 1, stretches.end(), [&](const Stretch& rest) { append(rest.to, rest.inside); });
+    return felt;
+}
+
 double deepest_between(const Obstacle& obstacle, const Segment& way, double from, double to, double step) {
     constexpr double kMostSteps = 256.0;  // 0.4 % of the way: far finer than what tells a crash from a touch
     const double length = (way.target - way.source).norm();

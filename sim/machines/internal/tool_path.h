@@ -38,6 +38,10 @@ using Legs = std::vector<Leg>;
 // The same, in mm of steps.
 [[nodiscard]] std::vector<Stretch> stretches_of(const Obstacle& obstacle, const Legs& legs);
 
+// What a probe shows of the first stretch inside: it closes `late` mm behind its beginning (before, if negative) and opens `early` mm
+// before its end, if that is not the way's. Outside as a whole where it would open first.
+[[nodiscard]] std::vector<Stretch> felt_of(std::vector<Stretch> stretches, double late, double early);
+
 // The most depth from `from` to `to` mm along the way, by sampling at both ends and every `step` mm between (wider if that were too
 // many samples). Depth changes no faster than place, so it is at most half a step too small.
 [[nodiscard]] double deepest_between(const Obstacle& obstacle, const Segment& way, double from, double to, double step);

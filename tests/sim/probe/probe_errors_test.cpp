@@ -390,6 +390,32 @@ TEST(VirtualToolErrors, FalseTriggersMissesAndBouncesHaveTheirShares) {
     EXPECT_NEAR((changes - 500) / 2.0, 150, 3.3 * std::sqrt(0.21 * 500));
 }
 
+// What is not pressed as far as the pre-travel has not triggered, and shows nothing as it is left.
+TEST(VirtualToolErrors, ATargetWithinThePretravelIsReached) {
+    const HiddenObject block(ShapeSpec{RoundedBoxSpec{{20, 20, 20}, 0.0}});
+    VirtualToolOptions options;
+    options.start = {0, 0, 15};
+    options.errors.trigger_force_n = 1;
+    options.errors.compliance_along_mm_per_n = 0.02;
+    VirtualTool tool(block, options);
+    const auto move = [&](double z, VirtualTool::Guard guard) {
+        tool.start_move({0, 0, z}, 5, guard);
+        tool.finish();
+        return tool.trigger();
+    };
+    EXPECT_FALSE(move(9.99, VirtualTool::Guard::until_contact)) << "pressed by half the pre-travel";
+    EXPECT_FALSE(tool.is_probe_closed());
+    EXPECT_EQ(tool.audit().deepest_end_mm, tool.position().z() < 10 ? 10 - tool.true_position().z() : 0.0) << "and the account knows";
+    EXPECT_FALSE(move(12, VirtualTool::Guard::until_contact)) << "leaves without a touch";
+    EXPECT_FALSE(move(9.99, VirtualTool::Guard::until_contact));
+    EXPECT_TRUE(move(9.9, VirtualTool::Guard::until_contact)) << "deeper, it triggers";
+    EXPECT_TRUE(tool.is_probe_closed());
+    const auto opened = move(12, VirtualTool::Guard::until_release);
+    ASSERT_TRUE(opened);
+    EXPECT_NEAR(opened->z(), 9.98, 1e-9) << "opens where it would close";
+    EXPECT_EQ(tool.audit().unsafe_moves, 0U);
+}
+
 // The account is of the true place: what is said may lie in the solid while the tool is not, and the other way round.
 TEST(VirtualToolErrors, TheAccountIsOfTheTruePlace) {
     const HiddenObject block(ShapeSpec{RoundedBoxSpec{{20, 20, 20}, 0.0}});
