@@ -54,10 +54,7 @@ PartReport report_on(const PartSurface& part) {
 }
 
 PartSurface without_unmeasured(const PartSurface& closed) {
-    const auto stays = [&](std::size_t facet) {
-        const PartTag tag = closed.facet_tags[facet];
-        return is_measured(tag) || tag == PartTag::ambiguous;
-    };
+    const auto stays = [&](std::size_t facet) { return is_measured(closed.facet_tags[facet]); };
     constexpr auto kNone = static_cast<std::uint32_t>(-1);
     PartSurface open;
     std::vector<std::uint32_t> number(closed.mesh.points.size(), kNone);

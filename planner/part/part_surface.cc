@@ -84,7 +84,8 @@ Compensation compensate(const TracedSurface& traced, const ToolShape& tool, cons
     for (int round = 0; round < 2; ++round) {
         std::vector<SurfaceFit> fits = fit_surface(traced.mesh, fans, sweeps, options.noise);
         turn_to_tool(fits, traced.to_tool);
-        result.touched = tell_shadows(traced, fans, touch_points(traced.mesh, fans, fits, radius, options.noise), tool, options);
+        result.touched =
+            tell_shadows(traced, fans, touch_points(traced.mesh, fans, fits, radius, options.noise), tool, options, round == 1);
         for (std::size_t v = 0; v < sweeps.size(); ++v) {
             if (result.touched[v].tag == PartTag::shadow) sweeps[v] = Sweep::shank;
         }

@@ -75,7 +75,7 @@ struct Compensation {
 
 [[nodiscard]] PartReport report_on(const PartSurface& part);
 
-// Without shadows, fixtures and what was not touched: a surface with boundary. Points that no facet uses go.
+// Without shadows, what may be one, fixtures and what was not touched: a surface with boundary. Points that no facet uses go.
 [[nodiscard]] PartSurface without_unmeasured(const PartSurface& closed);
 
 }  // namespace palpate

@@ -27,13 +27,26 @@ constexpr double kTouches = 0.03;
 // rad: where S* has a normal that differs so much from the shank's, and no crease beside it, the ball touched.
 constexpr double kOtherSide = 0.6;
 
-// Of the difference of the radii: a way straight up that is so far off S* and meets it cannot be the ball's, as a wall that the ball
-// touched goes on up or recedes. With noise, that is added.
-constexpr double kBeside = 0.05;
-// ... and what it meets so far off is what the rod touched, however coarse the facets are.
+// Of the difference of the radii: a way straight up that is so far beside a wall meets S* if the rod touched. Nearer it meets facets, too.
+constexpr double kBeside = 0.9;
 constexpr double kClearlyBeside = 0.5;
-// Of the ball's radius: so far below an edge the ball may touch it.
-constexpr double kRollsBelow = 0.5;
+// ... and nearer where ε is more than that, over the difference: facets cut off more.
+constexpr double kCoarse = 3;
+// ... and so near where half of what is around is none of the ball's.
+constexpr double kAmidBeside = 0.7;
+// Of what normals that are off say of a facet's bulge: by so much S* may lie outside of that for what is ambiguous, and for a shadow.
+constexpr double kTrust = 2.5;
+constexpr double kClearTrust = 0;
+// Of the difference of the radii: so deep the ball is not below what it touched itself, unless it rolled as far below as it could.
+constexpr double kDeep = 0.95;
+// Of the distance from a wall's place: so far off it is still the wall.
+constexpr double kOnWall = 0.1;
+// Of the corners around, fixtures apart.
+constexpr double kAmid = 2.0 / 3;
+constexpr double kHalf = 0.5;
+constexpr double kAmidCreased = 0.75;
+// rad: normals are not farther off.
+constexpr double kMostOff = 0.5;
 // The normal along the axis, as a cosine: a wall, straight up.
 constexpr double kWall = 0.01;
 
@@ -145,11 +158,12 @@ std::vector<Rod> rods_of(const ToolShape& tool) {
 class ShadowTeller {
 public:
     ShadowTeller(const TracedSurface& traced, const FacetFans& fans, const std::vector<Contact>& contacts, const ToolShape& tool,
-                 const CompensationOptions& options)
+                 const CompensationOptions& options, bool is_last)
         : traced_(traced),
           fans_(fans),
           contacts_(contacts),
           options_(options),
+          is_last_(is_last),
           radius_(tool.ball_diameter / 2),
           rods_(rods_of(tool)),
           frame_(turned(traced, contacts, tool.axis)),
@@ -180,11 +194,19 @@ public:
             test_.set(v, touched_[v].tag == PartTag::shadow ? State::hidden : State::seen);
         }
         for (const std::uint32_t v : order) {
-            if (touched_[v].tag == PartTag::tip && verdicts_[v] && is_amid_shadows(v)) follow(v);
+            if (touched_[v].tag == PartTag::tip && verdicts_[v] && is_amid_shadows(v, kAmid)) follow(v);
         }
         for (const std::uint32_t v : order) {
             if (touched_[v].tag == PartTag::tip) doubt_wall(v);
         }
+        for (bool grows = !rods_.empty(); grows;) {
+            grows = false;
+            for (const std::uint32_t v : order) {
+                if (touched_[v].tag == PartTag::tip) grows = doubt_beside_shadows(v) || grows;
+            }
+        }
+        if (is_last_) doubt_brinks();
+        widen_beside_shadows();
         return std::move(touched_);
     }
 
@@ -203,7 +225,11 @@ private:
             // The ball's own wall stands r off: it has to be ruled out, with touches of both places off.
             const bool is_told = std::abs(differs) > kToldApart * options_.noise;
             const double most = std::min(differs / 2, differs - found->tolerance - 2 * options_.noise);
-            const bool is_shadow = is_told && (differs < 0 || found->gap < most);
+            bool is_shadow = is_told && (differs < 0 || found->gap < most);
+            if (is_shadow && differs > 0) {
+                const Vector out = Vector(found->normal.x(), found->normal.y(), 0).normalized();
+                is_shadow = !is_free_above(v, kClearlyBeside * differs * out, rod, kClearTrust);
+            }
             verdict = {is_shadow ? PartTag::shadow : PartTag::ambiguous, found->gap <= tolerance, rod.radius, found->normal};
             if (verdict->is_near) break;
         }
@@ -219,35 +245,127 @@ private:
         point.normal = frame_.turn.conjugate() * Vector(verdict.normal.x(), verdict.normal.y(), 0).normalized();
         point.point = traced_.mesh.points[v] - verdict.radius * point.normal;
     }
+    // rad: how far a normal may be off.
+    [[nodiscard]] double off_of(std::uint32_t v) const { return std::min(contacts_[v].angle + contacts_[v].disagreement, kMostOff); }
+    [[nodiscard]] Vector out_of(std::uint32_t v) const { return Vector(frame_.normals[v].x(), frame_.normals[v].y(), 0).normalized(); }
+    void doubt(std::uint32_t v, PartTag tag, const Rod& rod, const Vector& out) {
+        verdicts_[v] = {tag, true, rod.radius, out};
+        follow(v);
+    }
     // What juts out above a wall was touched by the rod, wherever facets are too coarse to show its place.
     void doubt_wall(std::uint32_t v) {
-        const Vector& normal = frame_.normals[v];
-        const Vector out(normal.x(), normal.y(), 0);
-        if (rods_.empty() || std::abs(normal.z()) > kWall + std::sin(std::min(contacts_[v].angle, 0.5))) return;
-        // A rim of S* is as round as the ball at least: by so much a chord between samples cuts it off.
-        const double sag = 3 * options_.epsilon * options_.epsilon / (8 * radius_);
+        if (std::abs(frame_.normals[v].z()) > kWall + std::sin(off_of(v))) return;
+        const Vector out = out_of(v);
+        for (const Rod& rod : rods_) {
+            const double differs = radius_ - rod.radius;
+            if (differs <= 0 || is_free_above(v, beside(differs) * out, rod, kTrust)) continue;
+            const bool is_clear =
+                differs > 3 * kToldApart * options_.noise && !is_free_above(v, kClearlyBeside * differs * out, rod, kClearTrust);
+            return doubt(v, is_clear ? PartTag::shadow : PartTag::ambiguous, rod, out);
+        }
+    }
+    // The same where half of what is around is no touch of the ball's, and at the foot of such a wall, where the normal may be the floor's.
+    bool doubt_beside_shadows(std::uint32_t v) {
         for (const Rod& rod : rods_) {
             const double differs = radius_ - rod.radius;
             if (differs <= 0) continue;
-            const double near = std::max(kBeside * differs, kClearlyBeside * differs - sag) + 2 * options_.noise;
-            if (!is_barred_above(v, near * out.normalized(), rod.to)) continue;
-            const bool is_clear =
-                differs > 3 * kToldApart * options_.noise && is_barred_above(v, kClearlyBeside * differs * out.normalized(), rod.to);
-            verdicts_[v] = {is_clear ? PartTag::shadow : PartTag::ambiguous, true, rod.radius, out.normalized()};
-            return follow(v);
+            if (std::abs(frame_.normals[v].z()) < kSide) {
+                const Vector out = out_of(v);
+                if (!is_amid_shadows(v, kHalf) || is_free_above(v, kAmidBeside * differs * out, rod, 2 * kTrust)) continue;
+                doubt(v, PartTag::ambiguous, rod, out);
+                return true;
+            }
+            if (!contacts_[v].is_creased) continue;
+            if (is_amid_shadows(v, kAmid)) {
+                doubt(v, PartTag::ambiguous, rod, frame_.normals[v]);
+                return true;
+            }
+            for (const std::uint32_t w : ring(v)) {
+                const bool is_wall =
+                    touched_[w].tag != PartTag::tip && touched_[w].tag != PartTag::fixture && std::abs(frame_.normals[w].z()) < kSide;
+                if (!is_wall) continue;
+                const Vector out = out_of(w);
+                const Vector to = traced_in_frame_.points[v] - traced_in_frame_.points[w];
+                if (std::abs(out.dot(to)) > kOnWall * to.norm() || is_free_above(v, beside(differs) * out, rod, kTrust)) continue;
+                doubt(v, PartTag::ambiguous, rod, out);
+                return true;
+            }
+        }
+        return false;
+    }
+    // At the brink of shadows normals are mixed, and what the ball touched last is hardly deeper than what the rod did.
+    void doubt_brinks() {
+        std::vector<std::uint32_t> doubted;
+        for (std::uint32_t v = 0; v < touched_.size(); ++v) {
+            if (touched_[v].tag != PartTag::shadow || verdicts_[v]->radius > radius_) continue;
+            double others = 0;
+            double shadows = 0;
+            for (const std::uint32_t f : fans_.around(v)) {
+                for (const std::uint32_t w : traced_.mesh.triangles[f]) {
+                    if (w == v || touched_[w].tag == PartTag::fixture) continue;
+                    ++others;
+                    shadows += touched_[w].tag == PartTag::shadow ? 1 : 0;
+                }
+            }
+            const bool is_brink = shadows < (contacts_[v].is_creased ? kAmidCreased : kHalf) * others;
+            const Verdict& verdict = *verdicts_[v];
+            const Rod& rod = *std::ranges::find(rods_, verdict.radius, &Rod::radius);
+            const Vector out = Vector(verdict.normal.x(), verdict.normal.y(), 0).normalized();
+            if (is_brink && is_free_above(v, kDeep * (radius_ - rod.radius) * out, rod, kClearTrust)) doubted.push_back(v);
+        }
+        for (const std::uint32_t v : doubted) touched_[v].tag = PartTag::ambiguous;
+    }
+    [[nodiscard]] std::vector<std::uint32_t> ring(std::uint32_t v) const {
+        std::vector<std::uint32_t> found;
+        for (const std::uint32_t f : fans_.around(v)) {
+            for (const std::uint32_t w : traced_.mesh.triangles[f]) {
+                if (w != v && std::ranges::find(found, w) == found.end()) found.push_back(w);
+            }
+        }
+        return found;
+    }
+    // mm: how far beside the way up to look. Nearer where the mesh is coarse over that.
+    [[nodiscard]] double beside(double differs) const { return kBeside * differs * std::min(1.0, kCoarse * differs / options_.epsilon); }
+    // A rod that touches has what it touches within its radius of its axis: lifted by so much, the ball is as deep in S* as it is wider,
+    // and so it is on its way up beside, by less than that. Whether S* rules that out, however its facets bulge.
+    [[nodiscard]] bool is_free_above(std::uint32_t v, const Vector& aside, const Rod& rod, double trust) const {
+        const Point from = traced_in_frame_.points[v] + aside;
+        const Segment up{from + rod.from * Vector::UnitZ(), from + rod.to * Vector::UnitZ()};
+        bool is_free = true;
+        traced_tree_.near(up, options_.epsilon, [&](const FacetPlace& place) {
+            if (!is_free) return;
+            const auto& corners = traced_in_frame_.triangles[place.facet];
+            // No rod touches a fixture.
+            if (std::ranges::any_of(corners, [&](std::uint32_t w) { return touched_[w].tag == PartTag::fixture; })) return;
+            double bulges = 0;
+            for (Eigen::Index k = 0; k < 3; ++k) {
+                const std::uint32_t a = corners[static_cast<std::size_t>(k)];
+                const std::uint32_t b = corners[static_cast<std::size_t>((k + 1) % 3)];
+                const Point& at_a = traced_in_frame_.points[a];
+                const Point& at_b = traced_in_frame_.points[b];
+                const double rise = bulge(at_a, frame_.normals[a], at_b, frame_.normals[b]);
+                if (trust <= 0 && is_creased(at_a, frame_.normals[a], at_b, frame_.normals[b])) return;
+                const double doubt = (at_b - at_a).norm() * (off_of(a) + off_of(b)) / 2;
+                bulges += place.share[k] * place.share[(k + 1) % 3] * std::max(rise + trust * doubt, 0.0);
+            }
+            is_free = place.distance > std::max(kMeets, bulges);
+        });
+        return is_free;
+    }
+    // Beside a shadow a fit does not tell how far the ball rolled below the edge: as far as the rod lets it.
+    void widen_beside_shadows() {
+        if (rods_.empty()) return;
+        for (std::uint32_t v = 0; v < touched_.size(); ++v) {
+            TouchedPoint& point = touched_[v];
+            if (point.tag != PartTag::tip || !contacts_[v].is_creased || std::abs(frame_.normals[v].z()) > kSide) continue;
+            const auto is_hidden = [&](std::uint32_t w) {
+                return touched_[w].tag == PartTag::shadow || touched_[w].tag == PartTag::ambiguous;
+            };
+            if (std::ranges::any_of(ring(v), is_hidden)) point.uncertainty = std::max(point.uncertainty, rods_.front().from);
         }
     }
-    // Whether S* is met straight up from a place beside the point, as far as the rod reaches.
-    [[nodiscard]] bool is_barred_above(std::uint32_t v, const Vector& beside, double reach) const {
-        const Point from = traced_in_frame_.points[v] + beside;
-        bool is_barred = false;
-        // Not the edge below which the ball rolls.
-        const Segment up{from + kRollsBelow * radius_ * Vector::UnitZ(), from + reach * Vector::UnitZ()};
-        traced_tree_.near(up, kMeets, [&](const FacetPlace&) { is_barred = true; });
-        return is_barred;
-    }
-    // Two thirds of the corners around, fixtures apart: what is nearly explained there is no touch of the ball's.
-    [[nodiscard]] bool is_amid_shadows(std::uint32_t v) const {
+    // So many of the corners around, fixtures apart, are no touches of the ball's.
+    [[nodiscard]] bool is_amid_shadows(std::uint32_t v, double share) const {
         std::size_t others = 0;
         std::size_t hidden = 0;
         for (const std::uint32_t f : fans_.around(v)) {
@@ -257,13 +375,14 @@ private:
                 hidden += touched_[w].tag == PartTag::tip ? 0 : 1;
             }
         }
-        return hidden > 0 && 3 * hidden >= 2 * others;
+        return hidden > 0 && static_cast<double>(hidden) >= share * static_cast<double>(others);
     }
 
     const TracedSurface& traced_;
     const FacetFans& fans_;
     const std::vector<Contact>& contacts_;
     const CompensationOptions& options_;
+    bool is_last_;
     double radius_;
     std::vector<Rod> rods_;
     Frame frame_;
@@ -277,8 +396,8 @@ private:
 }  // namespace
 
 std::vector<TouchedPoint> tell_shadows(const TracedSurface& traced, const FacetFans& fans, const std::vector<Contact>& contacts,
-                                       const ToolShape& tool, const CompensationOptions& options) {
-    return ShadowTeller(traced, fans, contacts, tool, options).run();
+                                       const ToolShape& tool, const CompensationOptions& options, bool is_last) {
+    return ShadowTeller(traced, fans, contacts, tool, options, is_last).run();
 }
 
 }  // namespace palpate

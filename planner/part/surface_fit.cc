@@ -35,6 +35,9 @@ constexpr double kFar = 3;
 // Standard errors of the slope that the angle states.
 constexpr double kSigmas = 2.5;
 
+// rad: neighbours that disagree by more lie beyond an edge, which turns to them show.
+constexpr double kMostDisagreement = 0.1;
+
 struct Fan {
     Vector normal = Vector::Zero();  // weighted by angles, of one side of creases
     std::vector<std::uint32_t> facets;
@@ -247,6 +250,50 @@ private:
     std::vector<Fan> fans_;
 };
 
+struct Prediction {
+    double off = 0.0;  // mm: how far the place lies above the surface
+    Vector normal;     // of the surface there
+};
+// What a fit says of a place that is `to` away from its point.
+Prediction predicted(const SurfaceFit& fit, const Vector& to) {
+    const Vector up = fit.u.cross(fit.w);
+    const double x = to.dot(fit.u);
+    const double y = to.dot(fit.w);
+    const auto& q = fit.quadric;
+    const double height = q[0] + q[1] * x + q[2] * y + q[3] * x * x / 2 + q[4] * x * y + q[5] * y * y / 2;
+    const Vector normal = (up - (q[1] + q[3] * x + q[4] * y) * fit.u - (q[2] + q[4] * x + q[5] * y) * fit.w).normalized();
+    return {to.dot(up) - height, normal};
+}
+
+// Few points leave a fit no residuals, and what is finer than their distances shows in none: that fits of neighbours go on otherwise does.
+void add_disagreement(std::vector<SurfaceFit>& fits, const TriangleMesh& mesh, const FacetFans& fans, const std::vector<Sweep>& sweeps) {
+    std::vector<double> disagreements(fits.size(), 0.0);
+    for (std::uint32_t v = 0; v < fits.size(); ++v) {
+        double squares = 0;
+        double count = 0;
+        std::vector<std::uint32_t> ring;
+        for (const std::uint32_t f : fans.around(v)) {
+            for (const std::uint32_t j : mesh.triangles[f]) {
+                if (j == v || std::ranges::find(ring, j) != ring.end()) continue;
+                ring.push_back(j);
+                if (fits[j].is_creased || sweeps[j] != sweeps[v] ||
+                    is_creased(mesh.points[v], fits[v].normal, mesh.points[j], fits[j].normal))
+                    continue;
+                const Vector to = mesh.points[j] - mesh.points[v];
+                const double here = angle_between(predicted(fits[j], -to).normal, fits[v].normal);
+                const double there = fits[v].is_creased ? here : angle_between(predicted(fits[v], to).normal, fits[j].normal);
+                squares += std::pow(std::min(here, kMostDisagreement), 2) + std::pow(std::min(there, kMostDisagreement), 2);
+                count += 2;
+            }
+        }
+        if (count > 0) disagreements[v] = std::sqrt(squares / count);
+    }
+    for (std::uint32_t v = 0; v < fits.size(); ++v) {
+        // A plane has points to spare.
+        if (!std::isfinite(fits[v].flatness)) fits[v].disagreement = disagreements[v];
+    }
+}
+
 // Beside a crease a fan does not tell on which side of it the point lies: neighbours away from creases do, whose surface passes through it.
 void choose_sides(std::vector<SurfaceFit>& fits, const TriangleMesh& mesh, const FacetFans& fans, const std::vector<Sweep>& sweeps,
                   double noise) {
@@ -264,15 +311,10 @@ void choose_sides(std::vector<SurfaceFit>& fits, const TriangleMesh& mesh, const
         for (const std::uint32_t j : fans.two_rings(v)) {
             const SurfaceFit& fit = fits[j];
             if (fit.is_creased || sweeps[j] != sweeps[v]) continue;
-            const Vector to = mesh.points[v] - mesh.points[j];
-            const Vector up = fit.u.cross(fit.w);
-            const double x = to.dot(fit.u);
-            const double y = to.dot(fit.w);
-            const auto& q = fit.quadric;
-            const double height = q[0] + q[1] * x + q[2] * y + q[3] * x * x / 2 + q[4] * x * y + q[5] * y * y / 2;
-            const Vector normal = (up - (q[1] + q[3] * x + q[4] * y) * fit.u - (q[2] + q[4] * x + q[5] * y) * fit.w).normalized();
-            candidates.push_back(
-                {std::abs(to.dot(up) - height), 2 * noise + kExtrapolation * to.norm(), kExact * to.norm(), normal, fit.angle});
+            const Point& from = mesh.points[j];
+            const double distance = (mesh.points[v] - from).norm();
+            const auto [off, normal] = predicted(fit, mesh.points[v] - from);
+            candidates.push_back({std::abs(off), 2 * noise + kExtrapolation * distance, kExact * distance, normal, fit.angle});
         }
         if (candidates.empty()) continue;
         const auto score = [](const Candidate& c) { return c.off + c.slack; };
@@ -300,6 +342,7 @@ std::vector<SurfaceFit> fit_surface(const TriangleMesh& mesh, const FacetFans& f
     std::vector<SurfaceFit> fits(mesh.points.size());
     for (std::uint32_t v = 0; v < fits.size(); ++v) fits[v] = fitter.fit(v);
     choose_sides(fits, mesh, fans, sweeps, noise);
+    add_disagreement(fits, mesh, fans, sweeps);
     return fits;
 }
 

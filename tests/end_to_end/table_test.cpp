@@ -33,8 +33,8 @@ struct Part {
     // What it may cost: some 10 % above what was measured.
     double probes = 0.0;  // per touched sample
     double way = 0.0;     // in ε per touched sample
-    // Share of the touched places of the tip that are farther from the part than what is said of them.
-    double beyond = 0.01;
+    // Share of what the ball touched that may be ambiguous: some 20 % above what was measured.
+    double ambiguous = 0.03;
     std::vector<Box> clamps{};
     std::vector<Segment> seed_rays{};
 };
@@ -82,15 +82,58 @@ TriangleMesh two_blocks() {
 
 const std::vector<Part>& parts() {
     static const std::vector<Part> all{
-        {"bunny", {}, 6, 4, 4, 2.0, 8.5},
-        {"bunny_fine", {}, 6, 4, 2.5, 1.45, 5.0},
-        {"bunny_small_ball", {}, 2, 1.5, 2.5, 1.9, 8.0},
+        {"bunny", {}, 6, 4, 4, 2.0, 8.5, 0.21},
+        {"bunny_fine", {}, 6, 4, 2.5, 1.45, 5.0, 0.08},
+        {"bunny_finer", {}, 6, 4, 1.5, 1.4, 5.0, 0.04},
+        {"bunny_small_ball", {}, 2, 1.5, 2.5, 1.9, 8.0, 0.22},
         {"machined", machined(), 3, 2, 1.5, 1.6, 7.0},
         {"undercut", undercut(), 3, 2, 1.2, 1.5, 6.0},
-        {"two_blocks", two_blocks(), 3, 2, 1.2, 1.6, 7.0, 0.01, {}, {{{-17, 0, 60}, {-17, 0, 0}}, {{17, 0, 60}, {17, 0, 0}}}},
-        {"clamped", lifted(box({40, 24, 12}), 1), 3, 2, 1.5, 1.6, 7.0, 0.01, {{{-34, -6, 0}, {-14, 6, 18}}, {{14, -6, 0}, {34, 6, 18}}}},
+        {"two_blocks", two_blocks(), 3, 2, 1.2, 1.6, 7.0, 0.03, {}, {{{-17, 0, 60}, {-17, 0, 0}}, {{17, 0, 60}, {17, 0, 0}}}},
+        {"clamped", lifted(box({40, 24, 12}), 1), 3, 2, 1.5, 1.6, 7.0, 0.03, {{{-34, -6, 0}, {-14, 6, 18}}, {{14, -6, 0}, {34, 6, 18}}}},
     };
     return all;
+}
+
+// What is said of touches, beside which part of the tool made them.
+struct Tally {
+    std::size_t by_ball = 0;
+    std::size_t called_shadow = 0;
+    std::size_t called_ambiguous = 0;
+    std::size_t by_stylus = 0;
+    std::size_t shadow_tips = 0;      // called tip
+    std::size_t shadows_far_off = 0;  // ... and farther from the part than stated
+    std::size_t tips = 0;
+    std::size_t beyond = 0;  // farther from the part than stated
+    double farthest = 0.0;   // mm, of these
+};
+
+Tally tally_of(const TracedSurface& traced, const Compensation& found, const ToolDepths& depths, const HiddenObject& object) {
+    constexpr double kTouches = 1e-6;  // mm
+    Tally tally;
+    for (std::size_t k = 0; k < found.touched.size(); ++k) {
+        const TouchedPoint& at = found.touched[k];
+        EXPECT_EQ(at.tag == PartTag::fixture, traced.is_fixture[k] != 0);
+        if (at.tag == PartTag::fixture) continue;
+        const std::optional<ToolContact> contact = depths.touching(traced.mesh.points[k], kTouches);
+        EXPECT_TRUE(contact);
+        if (!contact) continue;
+        const double beyond = object.distance(at.point) - at.uncertainty;
+        const bool is_tip = at.tag == PartTag::tip;
+        const bool is_beyond = is_tip && beyond > kTouches;
+        if (contact->part == ToolContact::Part::ball) {
+            ++tally.by_ball;
+            tally.called_shadow += at.tag == PartTag::shadow ? 1 : 0;
+            tally.called_ambiguous += at.tag == PartTag::ambiguous ? 1 : 0;
+        } else {
+            ++tally.by_stylus;
+            tally.shadow_tips += is_tip ? 1 : 0;
+            tally.shadows_far_off += is_beyond ? 1 : 0;
+        }
+        tally.tips += is_tip ? 1 : 0;
+        tally.beyond += is_beyond ? 1 : 0;
+        if (is_tip) tally.farthest = std::max(tally.farthest, beyond);
+    }
+    return tally;
 }
 
 class OnATable : public ::testing::TestWithParam<std::size_t> {};
@@ -162,23 +205,19 @@ TEST_P(OnATable, EndsRightAndSaysWhatItKnows) {
         if (touch.sample) traced.to_tool[point_of[*touch.sample]] = (touch.from - touch.position).normalized();
     }
     const Compensation found = compensate(traced, tool, {0, part.epsilon});
-    std::size_t tips = 0;
-    std::size_t beyond = 0;
-    double farthest = 0;
-    for (std::size_t k = 0; k < found.touched.size(); ++k) {
-        const TouchedPoint& at = found.touched[k];
-        if (at.tag == PartTag::fixture) {
-            EXPECT_TRUE(traced.is_fixture[k]);
-        }
-        if (at.tag != PartTag::tip) continue;
-        ++tips;
-        const double off = object.distance(at.point);
-        beyond += off > at.uncertainty + 1e-6 ? 1 : 0;
-        farthest = std::max(farthest, off - at.uncertainty);
-    }
-    EXPECT_LE(static_cast<double>(beyond), part.beyond * static_cast<double>(tips));
+    const Tally tally = tally_of(traced, found, depths, object);
+    // A shadow is never measured, and what is stated of the rest holds.
+    EXPECT_EQ(tally.shadows_far_off, 0U);
+    EXPECT_LE(static_cast<double>(tally.beyond), 0.01 * static_cast<double>(tally.tips));
+    // What the ball touched is hardly ever called a shadow, and for the most part what it is.
+    EXPECT_LE(static_cast<double>(tally.called_shadow), 0.01 * static_cast<double>(tally.by_ball));
+    EXPECT_LE(static_cast<double>(tally.called_ambiguous), part.ambiguous * static_cast<double>(tally.by_ball));
+    const PartReport& report = found.report;
     std::cout << part.name << ": " << touched << " touched, " << result.known_samples << " known, " << probes << " probes, " << way
-              << " way; " << beyond << " of " << tips << " tips beyond, by " << farthest << " mm at most\n";
+              << " way; " << tally.beyond << " of " << tally.tips << " tips beyond, by " << tally.farthest << " mm at most; of "
+              << tally.by_ball << " of the ball's " << tally.called_shadow << " shadow, " << tally.called_ambiguous << " ambiguous; of "
+              << tally.by_stylus << " of the stylus' " << tally.shadow_tips << " tip; stated median " << report.uncertainty_median
+              << ", 95 % " << report.uncertainty_95 << " mm\n";
 }
 
 INSTANTIATE_TEST_SUITE_P(Parts, OnATable, ::testing::Range(std::size_t{0}, parts().size()),

@@ -22,6 +22,7 @@ struct Contact {
     Point point = Point::Zero();
     Vector normal = Vector::UnitZ();  // unit, from there to the centre
     double angle = 0.0;               // rad: how far off the normal may be
+    double disagreement = 0.0;        // rad, as that of the fit
     double uncertainty = 0.0;         // mm: how far the part may be
     bool is_creased = false;          // S* has a concave crease here
 };

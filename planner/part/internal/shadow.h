@@ -16,6 +16,6 @@ namespace palpate {
 // place on its surface, below what it touches, instead.
 [[nodiscard]] std::vector<TouchedPoint> tell_shadows(const TracedSurface& traced, const FacetFans& fans,
                                                      const std::vector<Contact>& contacts, const ToolShape& tool,
-                                                     const CompensationOptions& options);
+                                                     const CompensationOptions& options, bool is_last);
 
 }  // namespace palpate

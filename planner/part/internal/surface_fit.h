@@ -20,6 +20,8 @@ struct SurfaceFit {
     Eigen::Matrix<double, 6, 1> quadric = Eigen::Matrix<double, 6, 1>::Zero();
     // mm: points around are so near to the plane, which all of them may be on; infinite if they are not.
     double flatness = std::numeric_limits<double>::infinity();
+    // rad: how far neighbours' fits, going on to here, have another normal, and this one there.
+    double disagreement = 0.0;
 };
 
 // S* is smooth but for creases that are concave, as a ball sweeps it: convex bends are at most 1/r. A crease cannot be told from a bend
