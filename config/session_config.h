@@ -13,6 +13,7 @@
 #include "planner/region.h"
 #include "planner/tool_shape.h"
 #include "sim/objects/object_spec.h"
+#include "sim/probe/probe_errors.h"
 
 namespace palpate {
 
@@ -43,13 +44,27 @@ struct SessionConfig {
     CalibrationSpec calibration;           // of the tool
     // What that file says; the reader looks at no file but its own (tools/calibration_file).
     std::optional<ProbeCalibration> probe_calibration;
+    // Of a simulation's probe or of a virtual machine's; the real one has its own. Axis and seed are those of the tool and of the run.
+    std::optional<ProbeErrors> errors;
     WorkspaceSpec workspace;
     Fixtures fixtures;  // with a box as workspace only
     Options probing;
     ResultSpec results;  // with a tool only
 
-    // Of the machine; an exact oracle's without one.
-    [[nodiscard]] OracleTraits traits() const { return machine ? machine->traits() : OracleTraits{}; }
+    // Of the machine; without one, of a simulated probe.
+    [[nodiscard]] OracleTraits traits() const {
+        if (machine) return machine->traits();
+        OracleTraits traits;
+        if (errors) traits.touch_error = errors->touch_error(Feeds{}.probe_mm_per_s);
+        return traits;
+    }
+    // With the tool's axis and the run's seed; none where none are given.
+    [[nodiscard]] ProbeErrors probe_errors() const {
+        ProbeErrors all = errors.value_or(ProbeErrors{});
+        if (tool) all.axis = tool->axis;
+        all.seed = probing.random_seed;
+        return all;
+    }
 };
 
 }  // namespace palpate

@@ -2,6 +2,7 @@
 
 #include <fmt/format.h>
 
+#include <algorithm>
 #include <cmath>
 #include <iterator>
 
@@ -27,6 +28,9 @@ TracedSurface traced_surface(const Result& result, const std::vector<std::uint32
     return traced;
 }
 
+// A touch is farther off than so many RMS of what a calibration leaves once in 370 times.
+constexpr double kOfRms = 3.0;
+
 std::vector<std::uint32_t> points_of_touches(const Result& result) {
     std::vector<std::uint32_t> point_of_sample(result.samples, PartResult::kNoPoint);
     for (std::size_t k = 0; k < result.sample_of.size(); ++k) point_of_sample[result.sample_of[k]] = static_cast<std::uint32_t>(k);
@@ -42,8 +46,20 @@ std::optional<PartResult> part_of(const Result& result, const SessionConfig& con
     if (!config.tool || result.mesh.triangles.empty()) return std::nullopt;
     PartResult part;
     part.point_of_touch = points_of_touches(result);
-    Compensation found =
-        compensate(traced_surface(result, part.point_of_touch), *config.tool, {config.traits().touch_error, config.probing.epsilon});
+    TracedSurface traced = traced_surface(result, part.point_of_touch);
+    ToolShape tool = *config.tool;
+    CompensationOptions options{config.traits().touch_error, config.probing.epsilon};
+    Compensation found = compensate(traced, tool, options);
+    if (const auto& calibration = config.probe_calibration) {
+        // Lobes depend on the normal, which is known now.
+        for (std::size_t v = 0; v < traced.mesh.points.size(); ++v) {
+            if (traced.is_fixture[v] != 0) continue;
+            traced.mesh.points[v] = calibration->lobing.corrected(traced.mesh.points[v], found.touched[v].normal);
+        }
+        tool.ball_diameter = 2 * calibration->effective_radius_mm;
+        options.noise = std::min(options.noise, kOfRms * calibration->rms_mm);
+        found = compensate(traced, tool, options);
+    }
     part.touched = std::move(found.touched);
     part.report = found.report;
     part.surface = config.results.part == ResultSpec::Part::open ? without_unmeasured(found.closed) : std::move(found.closed);

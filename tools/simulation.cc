@@ -5,6 +5,7 @@
 #include <algorithm>
 #include <utility>
 
+#include "devices/decorators/multi_touch_device.h"
 #include "devices/device_oracle.h"
 #include "devices/errors.h"
 #include "devices/timed_oracle.h"
@@ -93,8 +94,13 @@ Simulation simulate(const SessionConfig& config, const Scene& scene, const Obser
         device_options.audit = !config.tool;  // that account is of points
         device_options.on_move = [&](const Segment& way, bool touched) { audit->record(way, touched); };
     }
+    device_options.errors = config.probe_errors();
+    if (config.machine) device_options.motion = config.machine->motion;
+    const auto positions = device_options.errors.is_any() ? DeviceOracle::Positions::as_traits_say : DeviceOracle::Positions::exact;
     SimulatedDevice device(obstacle, start_above(scene.workspace.region()), std::move(device_options));
-    DeviceOracle device_oracle(device, config.traits(), DeviceOracle::Positions::exact);
+    std::optional<MultiTouchDevice> measuring;
+    if (config.machine && config.errors) measuring.emplace(device, config.machine->touch, config.machine->motion.retract_mm);
+    DeviceOracle device_oracle(measuring ? static_cast<ProbeDevice&>(*measuring) : device, config.traits(), positions);
     TimedOracle oracle(device_oracle);
     Observer observer;
     observer.on_progress = watcher.on_progress;

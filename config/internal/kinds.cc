@@ -39,6 +39,14 @@ void require_triple(const Value& node, const Spot& spot) {
     }
 }
 
+void require_row(const Value& node, const Spot& spot, std::size_t count) {
+    if (node.kind == Value::Kind::list && node.children.size() == count) return;
+    const std::string length = node.kind == Value::Kind::list ? fmt::format(" of {}", node.children.size()) : "";
+    fail(node.where, spot.path,
+         fmt::format("{}{} is not a list of {} numbers; allowed: {} numbers in brackets, each {}", spell(node), length, count, count,
+                     spot.allowed));
+}
+
 std::size_t Word::index_of(const Value& node, const Spot& spot) const {
     const std::optional<std::size_t> found = find_word(node, words);
     if (!found) {

@@ -42,6 +42,8 @@ inline constexpr std::string_view kMappingRange = "a mapping of the keys below i
 [[noreturn]] void refuse_word(const Value& node, std::span<const std::string_view> words, const Spot& spot);
 // Throws ConfigError if `node` is no list of three.
 void require_triple(const Value& node, const Spot& spot);
+// Throws ConfigError if `node` is no list of so many.
+void require_row(const Value& node, const Spot& spot, std::size_t count);
 
 struct Number {
     Bounds bounds;
@@ -83,6 +85,24 @@ struct Triple {
 };
 template <class Each>
 Triple(Each) -> Triple<Each>;
+
+template <std::size_t kCount, class Each>
+struct Row {
+    Each each;
+
+    [[nodiscard]] static std::string type() { return fmt::format("list of {} numbers", kCount); }
+    [[nodiscard]] std::string range(std::string_view unit) const { return each.range(unit); }
+    void read(const Value& node, const Spot& spot, std::array<double, kCount>& field) const {
+        require_row(node, spot, kCount);
+        for (std::size_t i = 0; i < kCount; ++i)
+            each.read(node.children[i], {fmt::format("{}[{}]", spot.path, i), spot.allowed}, field.at(i));
+    }
+    [[nodiscard]] std::string text(const std::array<double, kCount>& field) const {
+        std::string numbers;
+        for (const double number : field) numbers += (numbers.empty() ? "" : ", ") + each.text(number);
+        return fmt::format("[{}]", numbers);
+    }
+};
 
 struct Whole {
     std::uint64_t low = 0;

@@ -9,6 +9,7 @@
 #include "config/internal/machine_keys.h"
 #include "config/internal/object_keys.h"
 #include "config/internal/probing_keys.h"
+#include "config/internal/simulation_keys.h"
 #include "config/internal/tool_keys.h"
 #include "config/session_config.h"
 
@@ -35,6 +36,11 @@ void describe(Archive& keys, SessionConfig& config) {
                      [&](Archive& inner) { describe(inner, tool, config.calibration); })) {
         config.tool = tool;
     }
+    keys.mapping({"simulation", "what a simulation and a virtual machine do that an exact probe would not; real machines pass over it",
+                  Need::optional, "", "none", Layout::block},
+                 config.errors.has_value(), [&](Archive& inner) {
+                     mapping(inner, {"errors", "of the probe and its axes", Need::required, "", "", Layout::block}, config.errors);
+                 });
     const bool is_auto = std::holds_alternative<AutoWorkspace>(config.workspace);
     keys.word_or_mapping(
         {"workspace",

@@ -7,14 +7,17 @@
 #include <memory>
 #include <optional>
 #include <random>
+#include <vector>
 
 #include "devices/motion_model.h"
 #include "planner/region.h"
 #include "sim/objects/obstacle.h"
+#include "sim/probe/probe_errors.h"
 
 namespace palpate {
 
 class ProbeInput;
+struct Leg;
 struct ToolMotion;
 
 struct VirtualToolOptions {
@@ -27,7 +30,12 @@ struct VirtualToolOptions {
     // before S opens as soon as it moves away.
     double touch_noise_mm = 0.0;
     std::uint64_t touch_noise_seed = 1;
-    // Told of every move that has ended: the way that was gone, in the obstacle's coordinates, and whether the probe closed on it.
+    // Besides, by the time that passes for the tool. It really is where they put it; what the machine says does not know of them. A trigger
+    // that is read late brakes late, too. The probe is closed while it is pressed farther than its pre-travel. Misses and bounces are of
+    // these where shares of them are given, not of the calls below.
+    ProbeErrors errors{};
+    // Told of every move that has ended: the way that was gone, in the obstacle's coordinates, and whether the probe closed on it. Errors
+    // may bend a way (backlash): then of each straight part.
     std::function<void(const Segment&, bool)> on_move{};
 };
 
@@ -37,7 +45,8 @@ struct VirtualToolAudit {
     std::uint64_t unguarded_moves = 0;  // moves of any length that no contact would have ended
     std::uint64_t outside_limits = 0;   // moves that ended outside the limits, by more than the resolution
     // Moves that went deeper into the solid than the probe gives way; and those that no contact would have ended and that entered it, or
-    // went deeper than they started. Coming out of the solid after a touch is safe. Less than the resolution does not count.
+    // went deeper than they started. Coming out of the solid after a touch is safe. Less than the resolution does not count, nor does
+    // less than the backlash where a move begins inside.
     std::uint64_t unsafe_moves = 0;
     // Moves of any guard that went deeper than the probe gives way, as above, and were commanded faster than probing may be.
     std::uint64_t fast_moves_inside = 0;
@@ -72,7 +81,7 @@ public:
     void advance(Seconds time);
     // Until the move has ended; how long that took.
     Seconds finish();
-    // By hand or by a homing cycle: it is there now, and the count is right. Not a move of the account. REQUIRES: not moving.
+    // By hand or by a homing cycle: it is there now, and the count is right but for drift. Not a move of the account. REQUIRES: not moving.
     void place(const Point& position);
     // Power was off: from now on the count of steps says `position`, wherever the tool is. REQUIRES: not moving.
     void count_from(const Point& position);
@@ -82,7 +91,8 @@ public:
     [[nodiscard]] Point true_position() const;  // where the tool really is; differs after lost steps; not rounded
     [[nodiscard]] double speed_mm_per_s() const;
     [[nodiscard]] bool is_probe_closed() const;
-    // Where the probe changed during the last guarded move, exactly where it did, whatever way the tool needed to stop.
+    // Where the probe changed during the last guarded move, whatever way the tool needed to stop: exactly where it did, by the steps, or
+    // where it was when that was read (ProbeErrors::latency).
     [[nodiscard]] std::optional<Point> trigger() const;
     // Until something happens by itself: the move ends, the probe changes. Nothing if nothing will.
     [[nodiscard]] std::optional<Seconds> time_to_event() const;
@@ -109,11 +119,23 @@ private:
     void watch_now();
     void end_motion(double distance);
     void record(const ToolMotion& motion, double distance);
+    void tell(const ToolMotion& motion, double distance) const;
     [[nodiscard]] bool is_too_deep(double depth) const;
     [[nodiscard]] bool is_fast(const ToolMotion& motion) const;
     [[nodiscard]] bool is_unsafe(const ToolMotion& motion, double distance, double deepest) const;
     [[nodiscard]] Point rounded(const Point& p) const;
     [[nodiscard]] double draw_noise();
+    [[nodiscard]] Vector drift() const;
+    // mm: where the tool is, less what the steps say, by errors.
+    [[nodiscard]] Vector shift() const;
+    // mm: what the controller counts on the way to `target` (machine coordinates), and where the tool goes meanwhile.
+    [[nodiscard]] Vector steps_to(const Point& target) const;
+    [[nodiscard]] std::vector<Leg> legs_along(const Vector& steps, const Point& target) const;
+    void draw_errors();
+    [[nodiscard]] bool is_pressed_open() const;
+    // mm: so far behind the place where the way enters the solid the probe closes; so far before it comes out it opens.
+    [[nodiscard]] double lateness();
+    [[nodiscard]] double earliness() const;
 
     const Obstacle& obstacle_;
     VirtualToolOptions options_;
@@ -121,8 +143,12 @@ private:
     std::unique_ptr<ProbeInput> input_;
     std::mt19937_64 noise_;
     Seconds now_{0.0};
-    Point place_;                   // in the obstacle's coordinates, where the last move ended
-    Vector slip_ = Vector::Zero();  // where it really is, less what the steps say
+    Point place_;                            // in the obstacle's coordinates, where the last move ended
+    Vector slip_ = Vector::Zero();           // where it really is, less what the steps say, by lost steps
+    std::optional<ProbeErrorDraws> errors_;  // if there are any
+    Vector play_ = Vector::Zero();           // of the axes (sim/probe/axis_play.h), where the last move ended
+    Vector drift_ = Vector::Zero();          // as it was when the last move began
+    std::uint64_t touches_ = 0;
     std::unique_ptr<ToolMotion> motion_;
     std::optional<Point> trigger_;  // by the steps, not rounded
 };

@@ -38,6 +38,12 @@ bool HiddenObject::contains(const Point& p) const {
     return std::visit([&](const auto& o) { return o.contains(p); }, object_);
 }
 
+Vector HiddenObject::normal(const Point& touched, const Vector& direction) const {
+    const Point before = touched - kStandoff * scale() * direction;
+    const Vector out = before - closest_point(before);
+    return contains(before) || out.isZero(0) ? Vector(-direction) : out.normalized();
+}
+
 double HiddenObject::distance(const Point& p) const {
     if (const auto* shape = std::get_if<Shape>(&object_)) return std::abs(shape->signed_distance(p));
     return std::get<MeshObject>(object_).distance(p);

@@ -23,8 +23,11 @@ public:
     [[nodiscard]] std::vector<Point> crossings(const Segment& segment) const override;
     [[nodiscard]] bool contains(const Point& p) const override;
     [[nodiscard]] double depth(const Point& p) const override { return contains(p) ? distance(p) : 0.0; }  // exact
-    [[nodiscard]] double distance(const Point& p) const;                                                   // mm to S, never negative
-    [[nodiscard]] Point closest_point(const Point& p) const;                                               // of S
+    // That of the nearest point of S, from kStandoff of the scale before the place.
+    [[nodiscard]] Vector normal(const Point& touched, const Vector& direction) const override;
+    static constexpr double kStandoff = 1e-6;
+    [[nodiscard]] double distance(const Point& p) const;      // mm to S, never negative
+    [[nodiscard]] Point closest_point(const Point& p) const;  // of S
 
     [[nodiscard]] const Box& bounds() const;
     // Diagonal of the bounds or distance of their farthest corner from the origin, whichever is larger.

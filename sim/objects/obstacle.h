@@ -23,6 +23,9 @@ public:
     [[nodiscard]] virtual bool contains(const Point& p) const = 0;  // strictly inside
     // mm below S, or a lower bound of it; 0 outside, never negative.
     [[nodiscard]] virtual double depth(const Point& p) const = 0;
+    // Unit, out of the solid: of S where a tool that goes in that direction (unit) has touched it, as first_hit() told; at an edge one of
+    // those that support the solid there. Against the direction where none can be told.
+    [[nodiscard]] virtual Vector normal(const Point& touched, const Vector& direction) const = 0;
     // mm: what positions and lengths are large as; they are exact to about 1e-15 of it, and tolerances are shares of it.
     [[nodiscard]] virtual double scale() const = 0;
 

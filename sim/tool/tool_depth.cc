@@ -144,6 +144,15 @@ ToolDepth ToolDepths::along(const Segment& move) const {
     return Impl::deepest(impl_->parts, [&](const ToolPart& part) { return impl_->along(part, move); });
 }
 
+std::optional<double> ToolDepths::gap(const Point& p, double within) const {
+    if (impl_->is_point) return std::nullopt;
+    const auto depth_in = [&](ToolPart part) {
+        part.capsule.radius += within;
+        return impl_->at(part, p);
+    };
+    return within - Impl::deepest(impl_->parts, depth_in).deepest();
+}
+
 std::optional<ToolContact> ToolDepths::touching(const Point& p, double within) const {
     if (impl_->is_point) return std::nullopt;
     std::optional<ToolContact> touching;

@@ -39,6 +39,10 @@ public:
     [[nodiscard]] ToolDepth along(const Segment& move) const;
     static constexpr double kSpacing = 1.0 / 32;
 
+    // mm: between a tool that is outside and what is nearest, `within` at the most; a little below 0 where it is in. Nothing without a
+    // tool.
+    [[nodiscard]] std::optional<double> gap(const Point& p, double within) const;
+
     // Which part is the deepest, or the nearest if it is at most `within` (mm) away; of several the first named. Nothing without a tool.
     [[nodiscard]] std::optional<ToolContact> touching(const Point& p, double within) const;
 

@@ -61,6 +61,26 @@ struct ToolObstacle::Impl {
     Box bounds{};
     double scale = 0.0;
 
+    // Of what a point touches: the object, or a plane of a fixture.
+    [[nodiscard]] Vector normal_of_nearest(const Point& p, const Vector& direction) const {
+        Vector normal = object.normal(p, direction);
+        double nearest = object.distance(p);
+        const auto consider = [&](const Vector& out, double gap) {
+            if (gap >= nearest) return;
+            nearest = gap;
+            normal = out;
+        };
+        for (const HalfSpace& half : half_spaces) consider(half.normal, std::abs(half.normal.dot(p - half.point)));
+        for (const Box& box : boxes) {
+            const double beside = (p - p.cwiseMax(box.min).cwiseMin(box.max)).norm();
+            for (int i = 0; i < 3; ++i) {
+                consider(Vector::Unit(i), beside + std::abs(p[i] - box.max[i]));
+                consider(-Vector::Unit(i), beside + std::abs(p[i] - box.min[i]));
+            }
+        }
+        return normal;
+    }
+
     // Where something begins or ends along the segment, in [0, 1], in order. All changes are there; not all are changes.
     [[nodiscard]] std::vector<double> ends(const Segment& segment) const {
         std::vector<double> ends;
@@ -137,6 +157,18 @@ std::vector<Point> ToolObstacle::changes(const Segment& segment, std::optional<b
 bool ToolObstacle::contains(const Point& p) const { return depth(p) > kRounding * impl_->scale; }
 
 double ToolObstacle::depth(const Point& p) const { return impl_->depths.at(p).deepest(); }
+
+Vector ToolObstacle::normal(const Point& touched, const Vector& direction) const {
+    if (!impl_->world) return impl_->normal_of_nearest(touched, direction);
+    // Exact at planes; elsewhere off by the square of that share.
+    constexpr double kStep = 1e-4;  // of the ball's radius
+    const double step = kStep * impl_->tool->ball_diameter / 2;
+    const auto gap = [&](const Point& p) { return *impl_->depths.gap(p, 2 * step); };
+    Vector rise;
+    for (int i = 0; i < 3; ++i) rise[i] = gap(touched + step * Vector::Unit(i)) - gap(touched - step * Vector::Unit(i));
+    // Touched from before and behind at once, it has none.
+    return rise.norm() > step ? rise.normalized() : Vector(-direction);
+}
 
 double ToolObstacle::scale() const { return impl_->scale; }
 

@@ -37,6 +37,8 @@ public:
     static constexpr double kRounding = 1e-11;
     // A lower bound: see ToolDepths. Exact where one part alone is in, with its axis outside.
     [[nodiscard]] double depth(const Point& p) const override;
+    // Away from what the tool touches: how its gap to that grows. Without a tool, of what is nearest.
+    [[nodiscard]] Vector normal(const Point& touched, const Vector& direction) const override;
     // That of the object, and the tool's length.
     [[nodiscard]] double scale() const override;
 

@@ -5,6 +5,7 @@
 #include <limits>
 #include <numbers>
 
+#include "config/writer.h"
 #include "tests/config/support.h"
 
 namespace palpate {
@@ -106,6 +107,53 @@ TEST_F(Reader, ReadsToolsAndFixtures) {
     EXPECT_EQ(std::get<HalfSpace>(config.fixtures.solids[2]).normal, Vector(-1, 0, 0));
     EXPECT_EQ(config.fixtures.clearance, 0.5);
     EXPECT_FALSE(config.fixtures.assume_clear);
+}
+
+TEST_F(Reader, ReadsErrorsOfASimulatedProbe) {
+    const std::string begin =
+        "tool: {ball: {diameter: 2}, stylus: {diameter: 1, length: 20, axis: [0, 3, 4]}}\nprobing: {epsilon: 1}\nrandom_seed: 7\n";
+    const SessionConfig none = read_config_text(begin, "s.yaml");
+    EXPECT_FALSE(none.errors);
+    EXPECT_FALSE(none.probe_errors().is_any());
+    EXPECT_EQ(none.traits().touch_error, 0.0);
+    EXPECT_EQ(write_config(none).find("simulation"), std::string::npos) << "what holds nothing is not written";
+    const SessionConfig config = read_config_text(
+        begin +
+            "simulation: {errors: {sigma: 0.001, lobes: 0.04, latency: 0.002, harmonics: [1, 2, 3, 4, 5, 6, 7, 8, 9, 10, 11, 12], "
+            "trigger_force: 0.1, compliance_across: 0.3, compliance_along: 0.01, backlash: [0.01, 0.02, 0], drift: {per_hour: [0, 0, "
+            "-0.01], per_1000_touches: [1, 2, 3], swing: [0, 0, 0.5], period: 60}, false_triggers: 0.01, misses: 0.02, bounces: 0.03}}",
+        "s.yaml");
+    const ProbeErrors errors = config.probe_errors();
+    EXPECT_EQ(errors.sigma_mm, 0.001);
+    EXPECT_EQ(errors.lobes_mm, 0.04);
+    EXPECT_EQ(errors.latency, Seconds(0.002));
+    EXPECT_EQ(errors.harmonics_mm[11], 12);
+    EXPECT_EQ(errors.trigger_force_n, 0.1);
+    EXPECT_EQ(errors.compliance_across_mm_per_n, 0.3);
+    EXPECT_EQ(errors.compliance_along_mm_per_n, 0.01);
+    EXPECT_EQ(errors.backlash_mm, Vector(0.01, 0.02, 0));
+    EXPECT_EQ(errors.drift_mm_per_hour, Vector(0, 0, -0.01));
+    EXPECT_EQ(errors.drift_mm_per_1000_touches, Vector(1, 2, 3));
+    EXPECT_EQ(errors.swing_mm, Vector(0, 0, 0.5));
+    EXPECT_EQ(errors.swing_period, Seconds(60));
+    EXPECT_EQ(errors.false_triggers, 0.01);
+    EXPECT_EQ(errors.misses, 0.02);
+    EXPECT_EQ(errors.bounces, 0.03);
+    EXPECT_EQ(errors.axis, Vector(0, 0.6, 0.8)) << "that of the tool";
+    EXPECT_EQ(errors.seed, 7U) << "that of the run";
+    EXPECT_GT(config.traits().touch_error, 0.08) << "told to the planner where no machine says it";
+}
+
+TEST_F(Reader, RefusesErrorsThatAreNone) {
+    const auto errors = [this](const std::string& value) { return complaint(kProbing + "simulation: " + value); };
+    const std::string start = "s.yaml:2: simulation.errors";
+    EXPECT_EQ(errors("{}"), start + ": is required; allowed: a mapping of the keys below it");
+    EXPECT_EQ(errors("{errors: {sigma: -1}}"), start + ".sigma: -1 is out of range; allowed: from 0 to 1000000 (mm)");
+    EXPECT_EQ(errors("{errors: {misses: 1.5}}"), start + ".misses: 1.5 is out of range; allowed: from 0 to 1");
+    EXPECT_EQ(
+        errors("{errors: {harmonics: [1, 2]}}"),
+        start + ".harmonics: a list of 2 is not a list of 12 numbers; allowed: 12 numbers in brackets, each from -1000000 to 1000000 (mm)");
+    EXPECT_EQ(errors("{errors: {drift: {period: 0}}}"), start + ".drift.period: 0 is out of range; allowed: greater than 0 (s)");
 }
 
 TEST_F(Reader, RefusesToolsThatAreNone) {
@@ -217,7 +265,7 @@ TEST_F(Reader, RefusesUnknownKeysAndSuggestsNearOnes) {
         "s.yaml:2: probing.epsilom: unknown key; did you mean \"epsilon\"?; allowed: epsilon, reach, strategy, standoff, trust, audit, "
         "seed_rays, refinement_floor, sizing, min_angle, budget");
     EXPECT_EQ(complaint(kProbing + "colour: red\n"),
-              "s.yaml:2: colour: unknown key; allowed: object, machine, tool, workspace, probing, random_seed");
+              "s.yaml:2: colour: unknown key; allowed: object, machine, tool, simulation, workspace, probing, random_seed");
     EXPECT_EQ(complaint(kProbing + "workspace: {ball: {centre: [0, 0, 0], radius: 1}}"),
               "s.yaml:2: workspace.ball.centre: unknown key; did you mean \"center\"?; allowed: center, radius");
     EXPECT_EQ(complaint(kProbing + "workspace: {bal: {}}"),
@@ -428,7 +476,7 @@ TEST_F(Reader, ErrorsInOverridesNameTheOverride) {
               "--set probing.epsilon=-1: probing.epsilon: -1 is out of range; allowed: greater than 0, at most 1000000 (mm)");
     EXPECT_EQ(set("probing.epsilom=1").substr(0, 81),
               "--set probing.epsilom=1: probing.epsilom: unknown key; did you mean \"epsilon\"?; a");
-    EXPECT_EQ(set("a.b=1"), "--set a.b=1: a: unknown key; allowed: object, machine, tool, workspace, probing, random_seed");
+    EXPECT_EQ(set("a.b=1"), "--set a.b=1: a: unknown key; allowed: object, machine, tool, simulation, workspace, probing, random_seed");
     EXPECT_EQ(set("probing.epsilon={a: 1, a: 2}"), "--set probing.epsilon={a: 1, a: 2}: probing.epsilon.a: is given twice; allowed: once");
     EXPECT_EQ(set("probing.epsilon="), "--set probing.epsilon=: probing.epsilon: is empty; allowed: one YAML document");
     EXPECT_EQ(set("probing.epsilon=[").substr(0, 59), "--set probing.epsilon=[: probing.epsilon: is not valid YAML");

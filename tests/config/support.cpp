@@ -181,6 +181,27 @@ MachineConfig random_machine(Random& random) {
     return machine;
 }
 
+ProbeErrors random_errors(Random& random) {
+    const auto share = [&] { return std::uniform_real_distribution<double>(0, 1)(random); };
+    ProbeErrors errors;
+    errors.sigma_mm = length(random);
+    errors.latency = Seconds(share());
+    errors.lobes_mm = length(random);
+    for (double& a : errors.harmonics_mm) a = coordinate(random);
+    errors.trigger_force_n = positive(random);
+    errors.compliance_across_mm_per_n = length(random);
+    errors.compliance_along_mm_per_n = length(random);
+    errors.backlash_mm = lengths(random);
+    errors.drift_mm_per_hour = any_point(random);
+    errors.drift_mm_per_1000_touches = any_point(random);
+    errors.swing_mm = any_point(random);
+    errors.swing_period = Seconds(positive(random));
+    errors.false_triggers = share();
+    errors.misses = share();
+    errors.bounces = share();
+    return errors;
+}
+
 // One flat list of everything in a config, doubles by their bits.
 class Flattener {
 public:
@@ -246,6 +267,12 @@ public:
                 std::uint64_t{m.touch.discard_first}, std::uint64_t{m.touch.confirm}, std::uint64_t{m.touch.confirm_travel},
                 m.datum_tolerance_mm.value_or(0), std::uint64_t(m.probe_proof));
     }
+    void add(const ProbeErrors& e) {
+        add_all(e.sigma_mm, e.latency.count(), e.lobes_mm, e.trigger_force_n, e.compliance_across_mm_per_n, e.compliance_along_mm_per_n,
+                e.backlash_mm, e.drift_mm_per_hour, e.drift_mm_per_1000_touches, e.swing_mm, e.swing_period.count(), e.false_triggers,
+                e.misses, e.bounces);
+        for (const double a : e.harmonics_mm) add(a);
+    }
     void add(const Options& o) {
         add_all(o.epsilon, std::uint64_t{o.reach.has_value()}, o.reach.value_or(0.0), o.refinement_floor, o.trust, o.audit, o.random_seed,
                 std::uint64_t{o.standoff.has_value()}, o.standoff.value_or(0.0));
@@ -287,6 +314,8 @@ std::vector<std::string> flatten(const SessionConfig& config) {
     if (config.tool) flat.add(*config.tool);
     flat.add(config.calibration.file.string());
     flat.add(config.calibration.max_age_days);
+    flat.add(std::uint64_t{config.errors.has_value()});
+    if (config.errors) flat.add(*config.errors);
     flat.add_all(config.workspace, config.fixtures, config.probing, config.probing.random_seed);
     return flat.words();
 }
@@ -354,6 +383,7 @@ SessionConfig random_config(std::mt19937_64& random) {
     if (flip(random)) config.machine = random_machine(random);
     if (flip(random)) config.tool = random_tool(random);
     if (config.tool && flip(random)) config.calibration = {"/calibrations/probe.json", length(random)};
+    if (flip(random)) config.errors = random_errors(random);
     config.workspace = random_workspace(random);
     if (const auto* box = std::get_if<Box>(&config.workspace)) config.fixtures = random_fixtures(random, *box);
     Options& probing = config.probing;
@@ -363,6 +393,7 @@ SessionConfig random_config(std::mt19937_64& random) {
     }
     probing.strategy.refine = flip(random) ? Strategy::Refine::eager : Strategy::Refine::exhaustive;
     probing.strategy.explore = flip(random) ? Strategy::Explore::closure : Strategy::Explore::exhaustive;
+    if (!config.fixtures.solids.empty()) probing.strategy.infer = Strategy::Infer::adaptive;  // which `auto` is read as then
     for (std::uint64_t i = random() % 3; i > 0; --i) {
         probing.seed_rays.push_back({any_point(random), any_point(random)});
         probing.seed_rays.back().target.x() = probing.seed_rays.back().source.x() + 1;

@@ -62,7 +62,8 @@ TEST(SessionFiles, PlyTellsWhereItIsFromAndWhatItIsNot) {
                 ElementsAre(program, "configuration: CRC-32 0123abcd", "object: SHA-256 ff00", "incomplete: Nothing is guaranteed."));
     certificate.status = Certificate::Status::refuted;
     EXPECT_EQ(mesh_comments(provenance, certificate).back(), "refuted: Nothing is guaranteed.");
-    EXPECT_THAT(to_ply({}, {"one", "two"}), ::testing::StartsWith("ply\nformat ascii 1.0\ncomment one\ncomment two\nelement vertex 0\n"));
+    EXPECT_THAT(to_ply(TriangleMesh{}, {"one", "two"}),
+                ::testing::StartsWith("ply\nformat ascii 1.0\ncomment one\ncomment two\nelement vertex 0\n"));
 }
 
 // NIST's examples for SHA-256; the long one is read in pieces.
@@ -141,8 +142,9 @@ TEST(SessionFiles, EveryKeyOfASummaryIsDocumentedAndEveryDocumentedKeyIsWritten)
     of_mesh.mesh = "part.stl";
     Provenance of_shape{"0123abcd"};
     of_shape.shape = "torus";
-    add(to_json(simulation, 0.5, of_mesh));
-    add(to_json(machine, 0.5, of_shape));
+    simulation.result.certificate.premises.push_back({Premise::Kind::known_solids, Premise::State::assumed, ""});
+    add(to_json(simulation, PartResult{}, 0.5, of_mesh));
+    add(to_json(machine, {}, 0.5, of_shape));
 
     const std::vector<std::string> rows = documented("| key | unit | what |");
     EXPECT_GT(rows.size(), 50U) << "the test looks at the wrong table";
@@ -152,12 +154,12 @@ TEST(SessionFiles, EveryKeyOfASummaryIsDocumentedAndEveryDocumentedKeyIsWritten)
 
     // With a tool nothing is said of the object's surface.
     simulation.truth.reset();
-    const auto of_tool = nlohmann::json::parse(to_json(simulation, 0.5, of_mesh)).at("truth");
+    const auto of_tool = nlohmann::json::parse(to_json(simulation, {}, 0.5, of_mesh)).at("truth");
     EXPECT_FALSE(of_tool.contains("hausdorff") || of_tool.contains("wrong_facets"));
     EXPECT_TRUE(of_tool.contains("unsafe_moves") && of_tool.contains("tool"));
 
     // What is null instead.
-    const auto bare = nlohmann::json::parse(to_json(MachineRun{}, 0.5, Provenance{"0123abcd"}));
+    const auto bare = nlohmann::json::parse(to_json(MachineRun{}, {}, 0.5, Provenance{"0123abcd"}));
     EXPECT_TRUE(bare.at("object").is_null());
     EXPECT_TRUE(bare.at("machine").at("datum").is_null());
 }
@@ -165,7 +167,8 @@ TEST(SessionFiles, EveryKeyOfASummaryIsDocumentedAndEveryDocumentedKeyIsWritten)
 TEST(SessionFiles, EveryColumnOfTouchesIsDocumented) {
     std::string header;
     for (const std::string& column : documented("| column | unit | what |")) header += (header.empty() ? "" : ",") + column;
-    EXPECT_EQ(to_csv({}), header + "\n");
+    EXPECT_EQ(to_csv({}, PartResult{}), header + "\n");
+    EXPECT_THAT(header, ::testing::StartsWith("touch,x,y,z,from_x,from_y,from_z,role,sample,"));
 }
 
 TEST(SessionFiles, CsvHasOneLinePerTouch) {

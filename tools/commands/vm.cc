@@ -50,6 +50,7 @@ VirtualToolOptions tool_options(const SessionConfig& config, const Region& works
     const Vector beyond = Vector::Constant(kBeyondLimits);
     // Like a controller that homes to the upper ends of its axes and calls them 0.
     options.limits = {machine.limits.min + machine.origin - beyond, (machine.limits.max + machine.origin + beyond).cwiseMax(0.0)};
+    options.errors = config.probe_errors();
     options.probe_feed_mm_per_s = machine.motion.feeds.probe_mm_per_s;
     options.start = workspace.center() + machine.origin;
     options.start.z() = machine.limits.max.z() + machine.origin.z();

@@ -14,6 +14,7 @@ class ProbeInput {
 public:
     // The stylus touches or leaves the solid.
     void touch(bool touching, Seconds now);
+    [[nodiscard]] bool is_touching() const { return touching_; }
     // Lets bounces pass whose time has come.
     void pass_until(Seconds now);
     [[nodiscard]] bool is_closed(Seconds now) const;

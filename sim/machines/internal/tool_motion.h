@@ -13,33 +13,43 @@ namespace palpate {
 
 // Times are those of the tool.
 struct ToolMotion {
-    Segment way;       // where it really goes, in the obstacle's coordinates
-    Vector direction;  // of length 1, or 0 where the way has none
+    Legs legs;            // where it really goes
+    double length = 0.0;  // mm: of the way, by the steps
+    Vector direction;     // by the steps: of length 1, or 0 where the way has none
     Trapezoid profile;
     double feed_mm_per_s = 0.0;  // the greatest that it was commanded at
     VirtualTool::Guard guard = VirtualTool::Guard::none;
     Seconds start{0.0};  // of the profile
     std::vector<Stretch> stretches{};
-    std::size_t stretch = 0;  // in which it is now
+    std::vector<Stretch> felt{};  // the same, as the probe shows them: with errors it closes later or earlier, or not at all
+    std::size_t stretch = 0;      // of these, in which it is now
     std::optional<Seconds> slow_down{};
     double base = 0.0;  // mm: of the way, where the profile begins
     bool is_stopping = false;
-    double late = 0.0;  // mm: so far behind the surface the probe closes
+    double late = 0.0;               // mm: so far behind the surface the probe closes
+    std::optional<Seconds> spark{};  // when it closes falsely
 
-    [[nodiscard]] double whole() const { return (way.target - way.source).norm(); }
+    [[nodiscard]] double whole() const { return length; }
     [[nodiscard]] double travelled(Seconds now) const { return base + profile.distance(now - start); }
     [[nodiscard]] double end_distance() const { return base + profile.length(); }
-    [[nodiscard]] Point at(double distance) const { return way.source + distance * direction; }
+    [[nodiscard]] Point source() const { return legs.front().way.source; }
+    [[nodiscard]] Point target() const { return legs.back().way.target; }
+    [[nodiscard]] Point at(double distance) const { return leg_at(legs, distance).at(distance); }
+    [[nodiscard]] Vector shift_at(double distance) const { return leg_at(legs, distance).shift_at(distance); }
     [[nodiscard]] Seconds end() const { return start + profile.duration(); }
     // Where the probe changes the next time, if there is another stretch.
     [[nodiscard]] double next_change() const {
-        const Stretch& next = stretches[stretch + 1];
-        return next.inside ? std::clamp(next.from + late, stretches[stretch].from, next.to) : next.from;
+        const Stretch& next = felt[stretch + 1];
+        return next.inside ? std::clamp(next.from + late, felt[stretch].from, next.to) : next.from;
     }
     // When it comes there, if it comes that far.
     [[nodiscard]] std::optional<Seconds> next_crossing() const {
-        if (stretch + 1 >= stretches.size()) return std::nullopt;
-        const auto time = profile.time_at(next_change() - base);
+        if (stretch + 1 >= felt.size()) return std::nullopt;
+        // What lies at the target is reached, whatever rounding makes of a profile's length.
+        constexpr double kRounding = 1e-9;  // mm: far more
+        const double at = next_change() - base;
+        const double end = profile.length();
+        const auto time = profile.time_at(at > end && at - end < kRounding ? end : at);
         return time ? std::optional(start + *time) : std::nullopt;
     }
 };
