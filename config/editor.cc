@@ -161,9 +161,15 @@ private:
     [[nodiscard]] std::string comment_of(const Place& place) const {
         const std::string line = text_.substr(place.value, end_of_line(place.value) - place.value);
         if (line.starts_with('#')) return "  " + line;
-        const std::size_t mark = line.find(" #");
-        if (mark == kNone) return {};
-        return line.substr(line.find_last_not_of(' ', mark) + 1);
+        char quote = 0;
+        for (std::size_t k = 0; k < line.size(); ++k) {
+            if (quote != 0 ? line[k] == quote : line[k] == '"' || line[k] == '\'') {
+                quote = quote == 0 ? line[k] : '\0';
+            } else if (quote == 0 && line.compare(k, 2, " #") == 0) {
+                return line.substr(line.find_last_not_of(' ', k) + 1);
+            }
+        }
+        return {};
     }
 
     void replace(const Place& place, const std::string& value, const std::vector<std::string>& lines, const KeyEdit& edit) {

@@ -42,6 +42,11 @@ TEST(Editor, AValueIsReplacedAndItsCommentStays) {
               "workspace:\n  box: {min: [1, 1, 1], max: [2, 2, 2]}\n\n# of the part\nprobing: {epsilon: 1}\n");
 }
 
+TEST(Editor, AMarkInQuotesIsNoComment) {
+    EXPECT_EQ(edited("tool:\n  calibration: \"a #1.json\"  # weekly\n", {"tool.calibration", "b.json"}),
+              "tool:\n  calibration: b.json  # weekly\n");
+}
+
 TEST(Editor, WhatIsNotThereIsAppended) {
     EXPECT_EQ(edited("# mine\nprobing: {epsilon: 1}", {"tool.calibration", "a.json"}),
               "# mine\nprobing: {epsilon: 1}\ntool: {calibration: a.json}\n");

@@ -113,7 +113,7 @@ TEST_F(Calibrate, AProbeThatIsToBePressedIsBeforeAnythingMoves) {
     TypedAt terminal(folder_, calibrate({"--set", "machine.probe_proof=hand"}));
     ASSERT_TRUE(terminal.wait_for("let the machine move: ")) << terminal.said;
     terminal.type("yes\n");
-    ASSERT_TRUE(terminal.wait_for("Press the probe by hand")) << terminal.said;
+    ASSERT_TRUE(terminal.wait_for("(Enter: stop): ")) << terminal.said;
     terminal.type("\n");
     EXPECT_EQ(terminal.wait(), 3);
     EXPECT_THAT(terminal.said, HasSubstr("the probe was not seen to close and to open; nothing has moved"));

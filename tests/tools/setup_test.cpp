@@ -121,6 +121,20 @@ TEST_F(Setup, APartWhoseBoxIsGivenIsTouchedFromAboveAlone) {
     machine.expect_safe();
 }
 
+TEST_F(Setup, TheTableLiesAnEffectiveRadiusBelowTheBallsCentre) {
+    TableMachine machine(port());
+    ProbeCalibration calibration;
+    calibration.date = "2026-01-31";
+    calibration.tool = {2, ToolShape::Shaft{1.5, 30}, {}, Vector::UnitZ()};
+    calibration.feed_mm_per_s = 5;
+    calibration.sphere_diameter_mm = 25;
+    calibration.effective_radius_mm = 0.95;
+    std::ofstream(folder_ / "probe.json") << to_json(calibration);
+    write_part("{ball: {diameter: 2}, stylus: {diameter: 1.5, length: 30}, calibration: probe.json}");
+    ASSERT_EQ(run(setup({"--around", "6", "--yes"})), 0) << read("out.txt");
+    EXPECT_THAT(read("part.yaml"), HasSubstr("- table: {z: 1.3}\n"));
+}
+
 TEST_F(Setup, EachMoveIsAskedForAndSoIsTheChange) {
     TableMachine machine(port());
     const std::string before = read("part.yaml");
@@ -143,9 +157,9 @@ TEST_F(Setup, EachMoveIsAskedForAndSoIsTheChange) {
     ASSERT_TRUE(terminal.wait_for("Type yes to have it changed: ")) << terminal.said;
     EXPECT_THAT(terminal.said, HasSubstr("workspace"));
     expect_unchanged(before);
-    terminal.type("no\n");
-    EXPECT_EQ(terminal.wait(), 2);
-    EXPECT_THAT(terminal.said, HasSubstr("not confirmed; nothing has changed"));
+    terminal.type(TypedAt::kCtrlC);
+    EXPECT_EQ(terminal.wait(), 3);
+    EXPECT_THAT(terminal.said, HasSubstr("stopped at the question; nothing has changed"));
     expect_unchanged(before);
     machine.expect_safe();
 }
@@ -234,6 +248,9 @@ TEST_F(Setup, WhatIsNotAsItShouldBeIsToldAndChangesNothing) {
     EXPECT_GT(expect(3, {"--around", "15"}, "no part is there at that height"), 0U);
     EXPECT_GT(expect(2, {"--around", "6", "--margin", "25"}, "machine.limits"), 0U);
     EXPECT_GT(expect(2, {"--box", "-12,-8,1,12,8,9"}, "higher than it says"), 0U);
+    EXPECT_EQ(expect(2, {"--around", "6", "--set", "machine.limits={min: [-40, -30, -2], max: [40, 30, 25]}"},
+                     "the tool is at (3, 4, 30) mm, outside machine.limits"),
+              0U);
     VirtualGrblOptions dead;
     dead.faults = {{VirtualFault::Kind::dead_probe, VirtualFault::When::probe, 1, 0, {}}};
     EXPECT_GT(expect(3, {"--around", "6"}, "nothing was touched down to (-32, -24, -2) mm", dead), 0U);
