@@ -116,7 +116,7 @@ TEST_F(PartResultTest, AnOpenPartEndsWhereItWasNotMeasured) {
     EXPECT_EQ(whole->topology.boundary_edges, 0U);
     EXPECT_GT(cut->topology.boundary_edges, 10U);
     for (const Point& p : cut->surface.mesh.points) EXPECT_GT(p.z(), 0.2);
-    for (const PartTag tag : cut->surface.facet_tags) EXPECT_TRUE(is_measured(tag) || tag == PartTag::ambiguous);
+    for (const PartTag tag : cut->surface.facet_tags) EXPECT_TRUE(is_measured(tag));
 }
 
 TEST_F(PartResultTest, ThePartIsAMeshThatOthersRead) {
