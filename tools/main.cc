@@ -202,7 +202,7 @@ int main(int argc, char** argv) {
         ->delimiter(',')
         ->expected(2)
         ->type_name("X,Y");
-    setup_app->add_option("--margin", setup.margin, "Between part and ball and the workspace's faces, mm; without it 3 x probing.epsilon")
+    setup_app->add_option("--margin", setup.margin, "Between part and ball and the workspace's faces, mm; without it 6 x probing.epsilon")
         ->check(CLI::PositiveNumber);
     setup_app->add_flag("--yes", setup.yes, "Agree in advance that the machine moves and CONFIG is changed: for unattended use");
     add_overrides(setup_app, setup.overrides);

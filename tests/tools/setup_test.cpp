@@ -98,7 +98,7 @@ TEST_F(Setup, ThePartIsTouchedAroundAndASessionBegins) {
     EXPECT_EQ(read("part.yaml.bak"), before);
     for (const char* kept :
          {"# Of the workshop.\n", "   # the blue lead\n", "  epsilon: 1.5   # mm\n",
-          "  box: {min: [-17.5, -13.5, 1.25], max: [17.5, 13.5, 16.8]}  # ", "    - table: {z: 1.25}\n", "  seed_rays:  # each has met"}) {
+          "  box: {min: [-22, -18, 1.25], max: [22, 18, 21.3]}  # ", "    - table: {z: 1.25}\n", "  seed_rays:  # each has met"}) {
         EXPECT_THAT(after, HasSubstr(kept));
     }
     machine.expect_safe();
@@ -117,7 +117,7 @@ TEST_F(Setup, APartWhoseBoxIsGivenIsTouchedFromAboveAlone) {
     ASSERT_EQ(run(setup({"--box", "-12,-8,1.25,12,8,12", "--table", "-30,-20,30,-20,0,25", "--yes"})), 0) << read("out.txt");
     const SessionConfig config = read_config(folder_ / "part.yaml");
     EXPECT_EQ(config.probing.seed_rays.size(), 1U);
-    EXPECT_EQ(std::get<Box>(config.workspace).max.z(), 17.5);
+    EXPECT_EQ(std::get<Box>(config.workspace).max.z(), 22.0);
     machine.expect_safe();
 }
 
@@ -219,7 +219,7 @@ TEST_F(Setup, AWorkspaceOfAnotherKindAndClampsAreDealtWith) {
     EXPECT_THAT(
         read("part.yaml"),
         HasSubstr(
-            "max: [17.5, 13.5, 16.8]}   # a guess\n  fixtures:  # the first as touched\n    - table: {z: 1.25}\n    - box: {min: [-35, "));
+            "max: [22, 18, 21.3]}   # a guess\n  fixtures:  # the first as touched\n    - table: {z: 1.25}\n    - box: {min: [-35, "));
     std::ofstream(folder_ / "part.yaml") << text(port().string(), "{ball: {diameter: 2}}")
                                          << "workspace: {ball: {center: [0, 0, 0], radius: 9}}\n";
     ASSERT_EQ(run(setup({"--around", "6", "--yes"})), 0) << read("out.txt");

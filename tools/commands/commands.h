@@ -80,7 +80,7 @@ struct SetupCommand {
     std::optional<double> around;  // mm: height of the touches around the part; one of these two
     std::vector<double> box;       // mm: x, y, z of the part's lowest and highest corner
     std::vector<double> center;    // mm: x, y of a place on the part; empty: the middle of the box, or of the limits
-    std::optional<double> margin;  // mm: between the part, as the ball touches it, and the workspace's faces; none: 3 epsilon
+    std::optional<double> margin;  // mm: between the part, as the ball touches it, and the workspace's faces; none: 6 epsilon
     bool yes = false;              // to moves, and to the change of the configuration
 };
 struct PortsCommand {};
