@@ -1,5 +1,5 @@
-// Solids that are known beforehand, as the tool's reference point meets them: fixtures, grown by the tool (planner/DESIGN.md, "Known
-// solids").
+// Solids that are known beforehand, as the tool's reference point meets them: fixtures, grown by the tool
+// (planner/DESIGN.md, "Known solids").
 //
 // The planner wants a closed S. So a table is a plate that ends inside ω, in faces that no tool will ever see; the space around it below
 // its top is taken to be free and never entered. What a tool must not enter is kept apart: whole half-spaces.

@@ -127,8 +127,8 @@ private:
     [[nodiscard]] std::optional<FrontTouch> touch_ahead(const OpenEdge& edge, const std::optional<Crease>& crease,
                                                         const std::optional<Place>& place, const std::optional<FacetView>& ahead);
     [[nodiscard]] std::optional<FrontTouch> touch_audited(const Task& task);
-    // Of the facets around the edge that was looked at last, one on known solids whose dual edge leads into one from a place that is buried, or
-    // far from the object: where it does.
+    // Of the facets around the edge that was looked at last, one on known solids whose dual edge leads into one from a place that is
+    // buried, or far from the object: where it does.
     [[nodiscard]] std::optional<FrontTouch> look_across() const;
     // Answers what known solids answer: where the touch would lead to one, far from the object or where no tool can go.
     void look_up(FrontTouch& touch) const;

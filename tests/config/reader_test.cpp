@@ -265,7 +265,7 @@ TEST_F(Reader, RefusesUnknownKeysAndSuggestsNearOnes) {
         "s.yaml:2: probing.epsilom: unknown key; did you mean \"epsilon\"?; allowed: epsilon, reach, strategy, standoff, trust, audit, "
         "seed_rays, refinement_floor, sizing, min_angle, budget");
     EXPECT_EQ(complaint(kProbing + "colour: red\n"),
-              "s.yaml:2: colour: unknown key; allowed: object, machine, tool, simulation, workspace, probing, random_seed");
+              "s.yaml:2: colour: unknown key; allowed: object, machine, tool, simulation, workspace, probing, results, random_seed");
     EXPECT_EQ(complaint(kProbing + "workspace: {ball: {centre: [0, 0, 0], radius: 1}}"),
               "s.yaml:2: workspace.ball.centre: unknown key; did you mean \"center\"?; allowed: center, radius");
     EXPECT_EQ(complaint(kProbing + "workspace: {bal: {}}"),
@@ -476,7 +476,8 @@ TEST_F(Reader, ErrorsInOverridesNameTheOverride) {
               "--set probing.epsilon=-1: probing.epsilon: -1 is out of range; allowed: greater than 0, at most 1000000 (mm)");
     EXPECT_EQ(set("probing.epsilom=1").substr(0, 81),
               "--set probing.epsilom=1: probing.epsilom: unknown key; did you mean \"epsilon\"?; a");
-    EXPECT_EQ(set("a.b=1"), "--set a.b=1: a: unknown key; allowed: object, machine, tool, simulation, workspace, probing, random_seed");
+    EXPECT_EQ(set("a.b=1"),
+              "--set a.b=1: a: unknown key; allowed: object, machine, tool, simulation, workspace, probing, results, random_seed");
     EXPECT_EQ(set("probing.epsilon={a: 1, a: 2}"), "--set probing.epsilon={a: 1, a: 2}: probing.epsilon.a: is given twice; allowed: once");
     EXPECT_EQ(set("probing.epsilon="), "--set probing.epsilon=: probing.epsilon: is empty; allowed: one YAML document");
     EXPECT_EQ(set("probing.epsilon=[").substr(0, 59), "--set probing.epsilon=[: probing.epsilon: is not valid YAML");

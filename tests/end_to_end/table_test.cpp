@@ -84,7 +84,7 @@ const std::vector<Part>& parts() {
     static const std::vector<Part> all{
         {"bunny", {}, 6, 4, 4, 2.0, 8.5, 0.21},
         {"bunny_fine", {}, 6, 4, 2.5, 1.45, 5.0, 0.08},
-        {"bunny_finer", {}, 6, 4, 1.5, 1.4, 5.0, 0.04},
+        {"bunny_finer", {}, 6, 4, 1.5, 1.4, 7.4, 0.04},
         {"bunny_small_ball", {}, 2, 1.5, 2.5, 1.9, 8.0, 0.22},
         {"machined", machined(), 3, 2, 1.5, 1.75, 7.0},
         {"undercut", undercut(), 3, 2, 1.2, 1.5, 6.0},

