@@ -5,6 +5,7 @@
 #include "config/writer.h"
 #include "devices/errors.h"
 #include "devices/session/journal.h"
+#include "tools/calibration_file.h"
 #include "tools/commands/commands.h"
 #include "tools/hindsight.h"
 #include "tools/provenance.h"
@@ -18,7 +19,7 @@ namespace palpate {
 
 ExitCode run(const SimulateCommand& command, Output& output) {
     StopSignals signals;
-    const SessionConfig config = read_config(command.config, command.overrides);
+    const SessionConfig config = with_calibration(read_config(command.config, command.overrides));
     const Scene scene = build_scene(config);
     print_warnings(scene.object);
     const SessionFolder folder =
