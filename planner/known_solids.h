@@ -16,6 +16,9 @@ namespace palpate {
 
 class KnownSolids {
 public:
+    // Of ε: a crossing on a face is told as so wide a gap around it, above and below.
+    static constexpr double kGap = 1e-6;
+
     struct Plane {
         Vector normal = Vector::UnitZ();  // unit, out of the solid
         double offset = 0.0;              // mm

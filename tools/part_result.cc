@@ -6,6 +6,7 @@
 #include <cmath>
 #include <iterator>
 
+#include "planner/part/traced_surface.h"
 #include "tools/session_files.h"
 
 namespace palpate {
@@ -14,31 +15,8 @@ namespace {
 constexpr std::array<PartTag, kPartTags> kTags{PartTag::tip,     PartTag::shadow,  PartTag::ambiguous,
                                                PartTag::fixture, PartTag::bridged, PartTag::untouched};
 
-TracedSurface traced_surface(const Result& result, const std::vector<std::uint32_t>& point_of_touch) {
-    TracedSurface traced{result.mesh, std::vector<std::uint8_t>(result.mesh.points.size()),
-                         std::vector<Vector>(result.mesh.points.size(), Vector::Zero())};
-    for (std::size_t k = 0; k < result.touches.size(); ++k) {
-        const std::uint32_t point = point_of_touch[k];
-        if (point == PartResult::kNoPoint) continue;
-        const Touch& touch = result.touches[k];
-        traced.is_fixture[point] = touch.is_known ? 1 : 0;
-        const Vector back = touch.from - touch.position;
-        if (back.norm() > 0) traced.to_tool[point] = back.normalized();
-    }
-    return traced;
-}
-
 // A touch is farther off than so many RMS of what a calibration leaves once in 370 times.
 constexpr double kOfRms = 3.0;
-
-std::vector<std::uint32_t> points_of_touches(const Result& result) {
-    std::vector<std::uint32_t> point_of_sample(result.samples, PartResult::kNoPoint);
-    for (std::size_t k = 0; k < result.sample_of.size(); ++k) point_of_sample[result.sample_of[k]] = static_cast<std::uint32_t>(k);
-    std::vector<std::uint32_t> points;
-    points.reserve(result.touches.size());
-    for (const Touch& touch : result.touches) points.push_back(touch.sample ? point_of_sample[*touch.sample] : PartResult::kNoPoint);
-    return points;
-}
 
 }  // namespace
 
@@ -131,7 +109,7 @@ std::string to_csv(const std::vector<Touch>& touches, const PartResult& part) {
             continue;
         }
         const std::uint32_t point = part.point_of_touch[line - 1];
-        if (point == PartResult::kNoPoint) {
+        if (point == kNoPoint) {
             fmt::format_to(out, ",{},,,,\n", touches[line - 1].is_known ? name_of(PartTag::fixture) : "");
             continue;
         }

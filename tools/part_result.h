@@ -19,8 +19,7 @@ struct PartResult {
     PartReport report;
     Topology topology;                          // of the surface
     std::vector<TouchedPoint> touched;          // by point of Ŝ
-    std::vector<std::uint32_t> point_of_touch;  // by touch: the point of Ŝ that it became, or kNoPoint
-    static constexpr std::uint32_t kNoPoint = ~std::uint32_t{0};
+    std::vector<std::uint32_t> point_of_touch;  // by touch: the point of Ŝ that it became, or kNoPoint (planner/part/traced_surface.h)
 };
 
 // Nothing without a tool, or without a mesh.

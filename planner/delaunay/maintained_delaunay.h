@@ -108,6 +108,11 @@ public:
     [[nodiscard]] std::size_t sample_count() const { return delaunay_.number_of_vertices(); }
     [[nodiscard]] const Point& sample(std::uint32_t index) const { return samples_[index]; }
     [[nodiscard]] std::span<const Point> samples() const { return samples_; }
+    // Whether the sample lies on a known solid: nobody touched it. Whether all of these do.
+    [[nodiscard]] bool is_known(std::uint32_t index) const { return surroundings_.known_normal(samples_[index]).has_value(); }
+    [[nodiscard]] bool are_known(std::span<const std::uint32_t> indices) const {
+        return std::all_of(indices.begin(), indices.end(), [&](std::uint32_t index) { return is_known(index); });
+    }
     [[nodiscard]] std::size_t cell_slots() const { return cells_.size(); }
     [[nodiscard]] bool is_live(CellId cell) const { return cells_[cell].live; }
     // visit(DirectedEdge) for all of them, by cell and facet. It may change what is known, but insert nothing.

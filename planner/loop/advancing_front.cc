@@ -85,7 +85,7 @@ struct AdvancingFront::OpenEdge {
 void AdvancingFront::note_edge(std::uint32_t a, std::uint32_t b, const EdgeTicket& hint) {
     if (a > b) std::swap(a, b);
     const Task task{{a, b, Task::kNoSample}, 0, (state_.sample(a) + state_.sample(b)) / 2, hint};
-    TaskGrid& tasks = is_known(a) && is_known(b) ? on_known_ : tasks_;
+    TaskGrid& tasks = state_.is_known(a) && state_.is_known(b) ? on_known_ : tasks_;
     if (!given_up_.contains({a, b}) && state_.count_facets_at(a, b, hint).in_surface == 1) {
         tasks.add(task);
     } else {
@@ -383,8 +383,9 @@ std::optional<AdvancingFront::Taken> AdvancingFront::take_task(const Point& head
 
 bool AdvancingFront::is_far_from_object(const Point& place) const {
     bool is_far = true;
-    samples_.visit_near(
-        place, [&](std::uint32_t v) { is_far = is_far && ((state_.sample(v) - place).norm() > kFar * options_.epsilon || is_known(v)); });
+    samples_.visit_near(place, [&](std::uint32_t v) {
+        is_far = is_far && ((state_.sample(v) - place).norm() > kFar * options_.epsilon || state_.is_known(v));
+    });
     return is_far;
 }
 
@@ -392,8 +393,7 @@ std::optional<FrontTouch> AdvancingFront::look_across() const {
     const KnownSolids& known = state_.surroundings().known();
     for (const DirectedEdge e : around_) {
         const auto corners = state_.facet_samples(e);
-        if (state_.crossed(e) || missed_.contains(in_order(corners))) continue;
-        if (!std::ranges::all_of(corners, [&](std::uint32_t v) { return is_known(v); })) continue;
+        if (state_.crossed(e) || missed_.contains(in_order(corners)) || !state_.are_known(corners)) continue;
         const std::optional<FacetView> view = model_.view(e);
         if (!view) continue;
         FrontTouch touch;

@@ -77,10 +77,6 @@ public:
     // What to touch next: near to the tool, and where a new sample fits well. Nothing when no open edge is left that a touch near it can
     // close.
     [[nodiscard]] std::optional<FrontTouch> next(const Point& head);
-    // Whether the sample lies on a known solid.
-    [[nodiscard]] bool is_known(std::uint32_t sample) const {
-        return state_.surroundings().known_normal(state_.sample(sample)).has_value();
-    }
     // Whether all samples that were touched are so far from the place that nothing but known solids is expected there.
     [[nodiscard]] bool is_far_from_object(const Point& place) const;
     [[nodiscard]] std::size_t open_count() const { return tasks_.size() + on_known_.size() + without_motion_.size() + with_motion_.size(); }

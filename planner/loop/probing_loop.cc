@@ -240,9 +240,7 @@ bool ProbingLoop::insert_worst() {
 bool ProbingLoop::explore_unrepresented() {
     std::vector<std::uint32_t> samples = extract_surface(state_).unused_samples(state_.sample_count());
     // Around a wall that is thinner than the samples are apart, facets are known and are not in Ŝ: they have to be refined.
-    std::erase_if(samples, [&](std::uint32_t sample) {
-        return state_.is_thin_at(sample) || state_.surroundings().known_normal(state_.sample(sample)).has_value();
-    });
+    std::erase_if(samples, [&](std::uint32_t sample) { return state_.is_thin_at(sample) || state_.is_known(sample); });
     // A component that seeding touched and no facet reached: with a facet of its own it grows.
     if (growth_ && facet_unrepresented(samples, true)) return true;
     for (const std::uint32_t sample : samples) walk_.note_surroundings(sample);

@@ -72,7 +72,7 @@ std::vector<SurfaceBall> Repair::balls(const RestrictedSurface& surface) {
     };
     // Ŝ is too coarse to see what was touched.
     for (const std::uint32_t sample : surface.unused_samples(state_.sample_count())) {
-        if (state_.surroundings().known_normal(state_.sample(sample))) continue;  // nobody touched it: it may lie below the object's foot
+        if (state_.is_known(sample)) continue;  // nobody touched it: it may lie below the object's foot
         if (!state_.is_thin_at(sample)) add_near(sample);
     }
     for (const auto& [a, b] : torn_apart(surface)) {

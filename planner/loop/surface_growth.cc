@@ -18,8 +18,6 @@ constexpr double kUseful = 2.0;
 constexpr double kNearFacet = 1.5;
 // Of ε: touches begin so far above S if nothing else is asked for. With 1, 0.35 in place of 0.5: 19 % more, 1 % less way on eight objects.
 constexpr double kStandoff = 0.5;
-// Of ε: what a known solid's face is told as, above and below.
-constexpr double kKnownGap = 1e-6;
 // Of the trust: a facet that is more likely wrong than that is touched. All facets together are far less (planner/README.md).
 constexpr double kPerTrust = 8.0;
 
@@ -129,7 +127,7 @@ SurfaceGrowth::Step SurfaceGrowth::look_up(const FrontTouch& asked) {
     if (!asked.along) return Step{};
     const FacetView& edge = *asked.along;
     const double height = edge.up.dot(at - edge.line.origin);
-    const double around = kKnownGap * options_.epsilon;
+    const double around = KnownSolids::kGap * options_.epsilon;
     if (state_.recorded_state(edge.inwards) != EdgeState::unknown || model_.is_distrusted(edge.corners) || height - around < edge.bottom ||
         height + around > edge.top) {
         front_.note_missed(edge.corners);
@@ -173,8 +171,7 @@ SurfaceGrowth::Step SurfaceGrowth::touch(const FrontTouch& asked) {
 
 bool SurfaceGrowth::is_known(DirectedEdge e) const {
     const auto facet = state_.facet_samples(e);
-    return std::ranges::all_of(facet, [&](std::uint32_t v) { return front_.is_known(v); }) &&
-           front_.is_far_from_object(state_.sample(facet[0]));
+    return state_.are_known(facet) && front_.is_far_from_object(state_.sample(facet[0]));
 }
 
 bool SurfaceGrowth::begin_audit() {

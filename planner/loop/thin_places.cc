@@ -126,9 +126,8 @@ std::vector<ThinPlace> find_thin_places(const MaintainedDelaunay& state, const R
         if (!patch.empty()) places.push_back(assess(state, used, patch, epsilon));
     }
     for (std::uint32_t s = 0; s < state.sample_count(); ++s) {
-        // On a known solid nobody touched it: it may lie below the object's foot.
-        const bool is_known = state.surroundings().known_normal(state.sample(s)).has_value();
-        if (!explained[s] && !is_known) places.push_back({state.sample(s), 0.0, 1, false});
+        // On a known solid it may lie below the object's foot.
+        if (!explained[s] && !state.is_known(s)) places.push_back({state.sample(s), 0.0, 1, false});
     }
     return places;
 }

@@ -29,8 +29,6 @@ constexpr double kAgreeing = 0.5;
 constexpr double kNearestVote = 0.3;
 // The share of a plane's votes that it has whatever way the probe came from.
 constexpr double kBlindVote = 0.7;
-// Of ε: what a known solid's face is told as, above and below.
-constexpr double kKnownGap = 1e-6;
 // How likely a facet is wrong, by its plausibility and by the room that its likeliest crossing has in the ball (of ε): measured on 73,000
 // facets of 15 objects, see planner/README.md.
 constexpr double kWrongBySide = 0.05;
@@ -226,11 +224,6 @@ Plausibility::Side Plausibility::side(CellId cell, const Point& vertex) const {
     return {height > 0, std::abs(height) / radius};
 }
 
-bool Plausibility::is_on_known(std::span<const std::uint32_t> samples) const {
-    return std::ranges::all_of(samples,
-                               [&](std::uint32_t v) { return state_.surroundings().known_normal(places_[v].position).has_value(); });
-}
-
 void Plausibility::look_up(FacetView& facet, const std::array<Side, 2>& ends, DirectedEdge inwards) const {
     if (facet.inwards != inwards) {
         facet.inwards = inwards;
@@ -243,7 +236,7 @@ void Plausibility::look_up(FacetView& facet, const std::array<Side, 2>& ends, Di
     if (!entry) return;
     const double height = facet.up.dot(*entry - facet.line.origin);
     const double rho = facet.line.circumradius;
-    const double gap = kKnownGap * epsilon_;
+    const double gap = KnownSolids::kGap * epsilon_;
     if (std::hypot(rho, std::abs(height) + gap) > epsilon_) return;
     const double wrong = chance_of_error(std::min(ends[0].plausibility, ends[1].plausibility), 1);
     if (wrong > kMostDoubtful) return;
@@ -269,7 +262,7 @@ std::optional<FacetView> Plausibility::view(DirectedEdge e) const {
     const Side here = along->starts_on_boundary ? Side{true, 1} : side(e.cell, along->start_point());
     const Side there = along->ends_on_boundary ? Side{true, 1} : side(state_.neighbor(e), along->end_point());
     if (here.is_outside == there.is_outside) return result;
-    if (is_on_known(result.corners)) {
+    if (state_.are_known(result.corners)) {
         look_up(result, {here, there}, here.is_outside ? e : state_.opposite(e));
         return result;
     }

@@ -67,8 +67,6 @@ private:
     };
 
     [[nodiscard]] bool knows(std::uint32_t sample) const { return sample < places_.size() && !places_[sample].outwards.isZero(); }
-    // Whether all lie on known solids.
-    [[nodiscard]] bool is_on_known(std::span<const std::uint32_t> samples) const;
     // S crosses that edge, between ends on those sides, where a known solid begins.
     void look_up(FacetView& facet, const std::array<Side, 2>& ends, DirectedEdge inwards) const;
     void fit_normal(std::uint32_t sample);

@@ -12,6 +12,7 @@
 #include "devices/device_oracle.h"
 #include "planner/grown_fixtures.h"
 #include "planner/part/part_surface.h"
+#include "planner/part/traced_surface.h"
 #include "planner/probe_surface.h"
 #include "sim/simulated_device.h"
 #include "sim/tool/tool_audit.h"
@@ -196,14 +197,7 @@ TEST_P(OnATable, EndsRightAndSaysWhatItKnows) {
     EXPECT_LE(probes, part.probes);
     EXPECT_LE(way, part.way);
 
-    TracedSurface traced{result.mesh, std::vector<std::uint8_t>(result.mesh.points.size()),
-                         std::vector<Vector>(result.mesh.points.size(), Vector::Zero())};
-    std::vector<std::uint32_t> point_of(result.samples, 0);
-    for (std::size_t k = 0; k < result.sample_of.size(); ++k) point_of[result.sample_of[k]] = static_cast<std::uint32_t>(k);
-    for (const Touch& touch : result.touches) {
-        if (touch.sample && touch.is_known) traced.is_fixture[point_of[*touch.sample]] = 1;
-        if (touch.sample) traced.to_tool[point_of[*touch.sample]] = (touch.from - touch.position).normalized();
-    }
+    const TracedSurface traced = traced_surface(result, points_of_touches(result));
     const Compensation found = compensate(traced, tool, {0, part.epsilon});
     const Tally tally = tally_of(traced, found, depths, object);
     // A shadow is never measured, and what is stated of the rest holds.

@@ -9,38 +9,16 @@
 #include "sim/objects/mesh/mesh_file.h"
 #include "sim/objects/triangle_tree.h"
 #include "tests/random.h"
+#include "tests/sim/objects/brute_distance.h"
 
 namespace palpate {
 namespace {
 
-using Triangle = std::array<Point, 3>;
-
 // --- brute force: distances between a segment and a triangle, and steps that are never too long -------------------------
 
-double distance(const Point& p, const Triangle& t) {
-    const Vector n = (t[1] - t[0]).cross(t[2] - t[0]);
-    bool is_over = true;
-    double nearest = std::numeric_limits<double>::infinity();
-    for (std::size_t i = 0; i < 3; ++i) {
-        const Point& a = t.at(i);
-        const Point& b = t.at((i + 1) % 3);
-        is_over = is_over && n.dot((b - a).cross(p - a)) >= 0;
-        nearest = std::min(nearest, distance_to({a, b}, p));
-    }
-    return is_over ? std::min(nearest, std::abs(n.normalized().dot(p - t[0]))) : nearest;
-}
-
-// Between two segments: a convex function of the place on the first, so that thirds of it can be left out.
+// Between two segments: a convex function of the place on the first.
 double distance(const Segment& s, const Segment& other) {
-    double low = 0;
-    double high = 1;
-    const auto at = [&](double x) { return distance_to(other, s.source + x * (s.target - s.source)); };
-    for (int k = 0; k < 80; ++k) {
-        const double a = low + (high - low) / 3;
-        const double b = high - (high - low) / 3;
-        (at(a) < at(b) ? high : low) = at(a) < at(b) ? b : a;
-    }
-    return at((low + high) / 2);
+    return least([&](double x) { return distance_to(other, s.source + x * (s.target - s.source)); }, 80);
 }
 
 double distance(const Segment& s, const Triangle& t) {
@@ -53,7 +31,7 @@ double distance(const Segment& s, const Triangle& t) {
         for (std::size_t i = 0; i < 3; ++i) is_in = is_in && n.dot((t.at((i + 1) % 3) - t.at(i)).cross(through - t.at(i))) >= 0;
         if (is_in) return 0;
     }
-    double nearest = std::min(distance(s.source, t), distance(s.target, t));
+    double nearest = std::min(point_distance(s.source, t), point_distance(s.target, t));
     for (std::size_t i = 0; i < 3; ++i) nearest = std::min(nearest, distance(s, Segment{t.at(i), t.at((i + 1) % 3)}));
     return nearest;
 }

@@ -7,40 +7,15 @@
 #include "sim/objects/mesh/mesh_file.h"
 #include "sim/objects/triangle_tree.h"
 #include "tests/random.h"
+#include "tests/sim/objects/brute_distance.h"
 
 namespace palpate {
 namespace {
 
-using Triangle = std::array<Point, 3>;
-
-double point_distance(const Point& p, const Triangle& t) {
-    const Vector n = (t[1] - t[0]).cross(t[2] - t[0]);
-    bool is_over = true;
-    double nearest = std::numeric_limits<double>::infinity();
-    for (std::size_t i = 0; i < 3; ++i) {
-        const Point& a = t.at(i);
-        const Point& b = t.at((i + 1) % 3);
-        is_over = is_over && n.dot((b - a).cross(p - a)) >= 0;
-        nearest = std::min(nearest, distance_to({a, b}, p));
-    }
-    return is_over ? std::min(nearest, std::abs(n.normalized().dot(p - t[0]))) : nearest;
-}
-
-// The distance of its points is a convex function of both coordinates: thirds of either can be left out.
-template <typename Function>
-double least(const Function& f) {
-    double low = 0;
-    double high = 1;
-    for (int k = 0; k < 50; ++k) {
-        const double a = low + (high - low) / 3;
-        const double b = high - (high - low) / 3;
-        (f(a) < f(b) ? high : low) = f(a) < f(b) ? b : a;
-    }
-    return f((low + high) / 2);
-}
-
+// The distance of its points is convex in both coordinates.
 double searched(const Parallelogram& p, const Triangle& t) {
-    return least([&](double s) { return least([&](double r) { return point_distance(p.at(s, r), t); }); });
+    constexpr int kRounds = 50;
+    return least([&](double s) { return least([&](double r) { return point_distance(p.at(s, r), t); }, kRounds); }, kRounds);
 }
 
 Parallelogram random_one(Random& random) {

@@ -1,0 +1,28 @@
+#include "planner/part/traced_surface.h"
+
+namespace palpate {
+
+std::vector<std::uint32_t> points_of_touches(const Result& result) {
+    std::vector<std::uint32_t> point_of_sample(result.samples, kNoPoint);
+    for (std::size_t k = 0; k < result.sample_of.size(); ++k) point_of_sample[result.sample_of[k]] = static_cast<std::uint32_t>(k);
+    std::vector<std::uint32_t> points;
+    points.reserve(result.touches.size());
+    for (const Touch& touch : result.touches) points.push_back(touch.sample ? point_of_sample[*touch.sample] : kNoPoint);
+    return points;
+}
+
+TracedSurface traced_surface(const Result& result, const std::vector<std::uint32_t>& point_of_touch) {
+    TracedSurface traced{result.mesh, std::vector<std::uint8_t>(result.mesh.points.size()),
+                         std::vector<Vector>(result.mesh.points.size(), Vector::Zero())};
+    for (std::size_t k = 0; k < result.touches.size(); ++k) {
+        const std::uint32_t point = point_of_touch[k];
+        if (point == kNoPoint) continue;
+        const Touch& touch = result.touches[k];
+        traced.is_fixture[point] = touch.is_known ? 1 : 0;
+        const Vector back = touch.from - touch.position;
+        if (back.norm() > 0) traced.to_tool[point] = back.normalized();
+    }
+    return traced;
+}
+
+}  // namespace palpate
