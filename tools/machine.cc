@@ -104,7 +104,12 @@ std::string describe_plan(const PlannedMotion& plan, const SessionConfig& config
         text += fmt::format("effort     about {:.0f} touches in {} of motion if the part fills the workspace\n", two_digits(effort.touches),
                             duration_text(effort.time));
     }
-    return describe_plan(plan.report, *config.machine, text + to_sentence(plan.kind));
+    text += to_sentence(plan.kind);
+    if (const auto& datum = config.machine->datum) {
+        text += fmt::format(" It will touch the datum in {} place(s) {}, at the latest after every {} touches of the part, and in the end.",
+                            datum->touches.size(), plan.kind == PlannedMotion::Kind::begin ? "first" : "before", datum->every);
+    }
+    return describe_plan(plan.report, *config.machine, text);
 }
 
 }  // namespace palpate

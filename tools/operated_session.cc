@@ -1,5 +1,6 @@
 #include "tools/operated_session.h"
 
+#include <fmt/format.h>
 #include <spdlog/spdlog.h>
 
 #include "devices/errors.h"
@@ -13,6 +14,28 @@
 #include "tools/terminal/probe_proof.h"
 
 namespace palpate {
+namespace {
+
+std::string describe(const DriftAccount& drift) {
+    return fmt::format(
+        "{} visits to the datum, {} touches and {:.6g} mm besides: shifted by {:.4f} mm in the end, by {:.4f} mm at the most, by {:.4f} mm "
+        "at the most from one visit to the next{}; taken out",
+        drift.visits, drift.touches, drift.way_mm, drift.shift.norm(), drift.largest_shift_mm, drift.largest_change_mm,
+        drift.directions < 3 ? fmt::format(", as far as is seen in {} of 3 directions", drift.directions) : std::string());
+}
+
+// The planner reckons with the touch error, and knows of a drift when it has happened.
+void warn_of_drift(const MachineRun& run, const SessionConfig& config) {
+    const double touch_error = config.machine->touch_error();
+    if (!run.drift || !(run.drift->largest_change_mm > touch_error)) return;
+    spdlog::warn(
+        "it drifted by {:.4f} mm from one visit to the datum to the next, more than touches may be wrong by, {:g} mm: what lies between is "
+        "interpolated and may be off by half of that, and touches may have contradicted each other meanwhile. Make machine.datum.every "
+        "smaller, or machine.noise larger",
+        run.drift->largest_change_mm, touch_error);
+}
+
+}  // namespace
 
 SessionHost host_for(const SessionConfig& config, bool yes, Output& output, StopSignals& signals) {
     const MachineConfig& machine = *config.machine;
@@ -44,8 +67,10 @@ ExitCode run_session(const SessionPlan& plan, const SessionConfig& config, const
         const std::optional<PartResult> part = part_of(run.result, config);
         const std::string summary = to_json(run, part, config.probing.epsilon, provenance);
         const std::string files = write_results(folder, run.result, part, provenance, summary, picture);
-        tell_result(output, run.result, part, config.probing.epsilon, "", summary, folder,
+        const ResultLine drift{"drift", run.drift ? describe(*run.drift) : ""};
+        tell_result(output, run.result, part, config.probing.epsilon, drift, summary, folder,
                     fmt::format("config.yaml, journal.jsonl, {}", files));
+        warn_of_drift(run, config);
         if (is_stopped_by_budget(run.result.certificate)) {
             spdlog::info("the budget is used up; with a larger one the session goes on, for example: palpate resume {} --set {}",
                          shell_word(folder.string()), larger_budget(config.probing.budget));

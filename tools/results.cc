@@ -77,7 +77,7 @@ std::string write_results(const std::filesystem::path& folder, const Result& res
 
 void draw_session_picture(const std::filesystem::path& folder, char up) { draw_samples(folder, read_triangles(folder / kMeshFile), up); }
 
-void print_result(const Result& r, const std::optional<PartResult>& part, double epsilon, const std::string& truth, std::ostream& out,
+void print_result(const Result& r, const std::optional<PartResult>& part, double epsilon, const ResultLine& besides, std::ostream& out,
                   int columns) {
     const Cost& a = r.cost;
     const std::size_t touched = r.samples - r.known_samples;
@@ -98,7 +98,7 @@ void print_result(const Result& r, const std::optional<PartResult>& part, double
                      r.topology.facets, r.topology.components, r.topology.euler_characteristic, r.topology.boundary_edges,
                      r.topology.nonmanifold_edges, r.max_ball_radius, epsilon));
     if (part) line("part", describe(part->report));
-    if (!truth.empty()) line("truth", truth);
+    if (!besides.text.empty()) line(besides.label, besides.text);
     line("certificate", fmt::format("{}: {}", to_string(r.certificate.status), r.certificate.statement));
     for (const Premise& premise : r.certificate.premises) {
         out << wrapped(fmt::format("  {}  {} - {}", to_string(premise.state), name_of(premise.kind), premise.detail), columns, 4) << '\n';
@@ -107,10 +107,10 @@ void print_result(const Result& r, const std::optional<PartResult>& part, double
     list_places(out, "thin place", r.thin_places);
 }
 
-void tell_result(Output& output, const Result& result, const std::optional<PartResult>& part, double epsilon, const std::string& truth,
+void tell_result(Output& output, const Result& result, const std::optional<PartResult>& part, double epsilon, const ResultLine& besides,
                  const std::string& summary, const std::filesystem::path& folder, const std::string& files) {
     if (output.events == nullptr) {
-        print_result(result, part, epsilon, truth, output.results, output.columns);
+        print_result(result, part, epsilon, besides, output.results, output.columns);
         output.results << wrapped(fmt::format("written to     {}: {}", folder.string(), files), output.columns, 15) << '\n';
         return;
     }

@@ -26,14 +26,19 @@ struct PictureChoice {
 // Draws picture.png of a session again, from its mesh.ply. Throws ObjectError if that is no mesh of triangles, OutputError.
 void draw_session_picture(const std::filesystem::path& folder, char up);
 
-// Counts, mesh, certificate, in lines of at most `columns` (0: however long they are). `truth`: what only a simulation knows, as a line of
-// its own; may be empty.
-void print_result(const Result& result, const std::optional<PartResult>& part, double epsilon, const std::string& truth, std::ostream& out,
+// What only some runs have to tell, as a line of its own: a simulation the truth, a machine how it drifted.
+struct ResultLine {
+    const char* label = "";
+    std::string text;  // empty: no line
+};
+
+// Counts, mesh, certificate, in lines of at most `columns` (0: however long they are).
+void print_result(const Result& result, const std::optional<PartResult>& part, double epsilon, const ResultLine& besides, std::ostream& out,
                   int columns = 0);
 
 // The end of a run, in the form that was asked for. `summary` is summary.json, `files` what was written to `folder`. Waits until all of it
 // is read.
-void tell_result(Output& output, const Result& result, const std::optional<PartResult>& part, double epsilon, const std::string& truth,
+void tell_result(Output& output, const Result& result, const std::optional<PartResult>& part, double epsilon, const ResultLine& besides,
                  const std::string& summary, const std::filesystem::path& folder, const std::string& files);
 
 [[nodiscard]] bool is_stopped_by_budget(const Certificate& certificate);

@@ -195,6 +195,16 @@ std::string to_json(const MachineRun& run, const std::optional<PartResult>& part
         {"missed_touches", misses},
         {"datum", datum_of(run.resumptions)},
     };
+    if (run.drift) {
+        const DriftAccount& drift = *run.drift;
+        json["machine"]["drift"] = {{"visits", drift.visits},
+                                    {"touches", drift.touches},
+                                    {"way", drift.way_mm},
+                                    {"directions", drift.directions},
+                                    {"shift", {drift.shift.x(), drift.shift.y(), drift.shift.z()}},
+                                    {"largest_shift", drift.largest_shift_mm},
+                                    {"largest_change", drift.largest_change_mm}};
+    }
     json["probes"]["checks"] = run.result.cost.checks;
     json["displacement"]["home"] = run.result.cost.home;
     return json.dump(2) + '\n';

@@ -27,6 +27,7 @@ inline constexpr Whole kPorts{1, 65535};
 inline constexpr Whole kUnits{1, 247};
 inline constexpr Whole kBauds{1, 4'000'000};
 inline constexpr std::uint64_t kMaxTouches = 100;
+inline constexpr std::uint64_t kMostTouches = 1'000'000;  // of the part, from one datum to the next
 
 template <class Archive>
 void require_speed(Archive& keys, int baud) {
@@ -100,6 +101,24 @@ void describe(Archive& keys, MultiTouchOptions& touch) {
     keys.value({"confirm_travel", "the same for a touch where space is known to be free"}, touch.confirm_travel, kFlag);
 }
 
+template <class Archive>
+void describe(Archive& keys, DatumTouch& touch) {
+    keys.value({"from", "where it begins: outside the workspace, and reached straight from its boundary", Need::required, kMillimetres},
+               touch.from, Triple{Number{kCoordinate}});
+    keys.value({"to", "where it ends at the latest: the datum is touched before, square to its face", Need::required, kMillimetres},
+               touch.to, Triple{Number{kCoordinate}});
+    keys.require(touch.from != touch.to, "to", "is where `from` is; allowed: another place (mm)");
+}
+
+template <class Archive>
+void describe(Archive& keys, DriftDatum& datum) {
+    keys.value({"every", "touches of the part from one visit to the next"}, datum.every, Whole{1, kMostTouches});
+    list(keys, {"at", "touches of it: three with independent directions show the whole shift, fewer what is along theirs", Need::required},
+         {.least = 1}, datum.touches);
+    keys.value({"limit", "what changes more from one visit to the next is no drift: the session stops", Need::optional, kMillimetres},
+               datum.limit_mm, Number{kLength});
+}
+
 // How it moves, and when it touches.
 template <class Archive>
 void describe_motion(Archive& keys, MotionModel& motion) {
@@ -141,6 +160,12 @@ void describe(Archive& keys, MachineConfig& machine) {
                 "what shows that the probe works before a session relies on it: it is pressed by hand, or the first touch, until which all "
                 "motion is as slow as a probe; auto: by hand at a terminal, the first touch with --yes"},
                machine.probe_proof, Word{kProofWords});
+    if (keys.wants(machine.datum.has_value())) {
+        mapping(keys,
+                {"datum", "what stands still beside the part, and is touched now and then to see drift and take it out; devices/README.md",
+                 Need::optional, "", "none", Layout::block},
+                machine.datum);
+    }
     keys.require_one_alternative();
     keys.require(machine.homing == Homing::require || std::holds_alternative<GrblSpec>(machine.connection), "homing",
                  "is not possible with machine.modbus, whose registers have no command for it; allowed: require; home the machine at its "

@@ -15,6 +15,13 @@ constexpr double kLeastSpread = 0.1;
 }  // namespace
 
 Vector shift_of(const std::vector<DatumOffset>& offsets) {
+    const SeenShift seen = seen_shift_of(offsets);
+    if (seen.directions == 3) return seen.shift;
+    throw DriftError("the datum touches leave a direction open: touch three places whose normals are independent");
+}
+
+SeenShift seen_shift_of(const std::vector<DatumOffset>& offsets) {
+    if (offsets.empty()) return {};
     const auto count = static_cast<Eigen::Index>(offsets.size());
     Eigen::MatrixXd normals(count, 3);
     Eigen::VectorXd sizes(count);
@@ -24,11 +31,10 @@ Vector shift_of(const std::vector<DatumOffset>& offsets) {
         sizes[k] = offset.offset_mm;
     }
     if (!normals.allFinite() || !sizes.allFinite()) throw DriftError("a datum touch has a number that is not finite");
-    if (count >= 3) {
-        const Eigen::JacobiSVD<Eigen::MatrixXd> svd(normals, Eigen::ComputeThinU | Eigen::ComputeThinV);
-        if (svd.singularValues()[2] >= kLeastSpread * svd.singularValues()[0]) return svd.solve(sizes);
-    }
-    throw DriftError("the datum touches leave a direction open: touch three places whose normals are independent");
+    // Of all shifts that fit best the shortest.
+    Eigen::JacobiSVD<Eigen::MatrixXd> svd(normals, Eigen::ComputeThinU | Eigen::ComputeThinV);
+    svd.setThreshold(kLeastSpread);
+    return {svd.solve(sizes), static_cast<int>(svd.rank())};
 }
 
 void require_steady(const std::vector<DriftReading>& readings, double most_jump_mm) {

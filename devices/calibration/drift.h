@@ -24,6 +24,15 @@ struct DatumOffset {
 // independent are needed, or a sphere's centre in place of all this.
 [[nodiscard]] Vector shift_of(const std::vector<DatumOffset>& offsets);
 
+// What touches with these normals show of a shift.
+struct SeenShift {
+    Vector shift = Vector::Zero();  // mm: where no touch shows it, 0
+    int directions = 0;             // independent ones that the touches show, 0 to 3
+};
+
+// As shift_of, but what touches leave open is taken to be 0. Throws DriftError on numbers that are not finite.
+[[nodiscard]] SeenShift seen_shift_of(const std::vector<DatumOffset>& offsets);
+
 struct DriftReading {
     double at = 0.0;                // when: touches or seconds of the journal, one of them for all
     Vector shift = Vector::Zero();  // mm: of what is probed, since the first reading

@@ -3,6 +3,24 @@
 #include <algorithm>
 
 namespace palpate {
+namespace {
+
+Seconds touch_duration(const MotionModel& motion, double way_mm, double back_mm, double feed_mm_per_s) {
+    const double probe_feed = motion.feeds.probe_mm_per_s;
+    const double run_on = stopping_distance(motion, feed_mm_per_s);
+    const Seconds there = move_duration(motion, way_mm + run_on, feed_mm_per_s);
+    if (back_mm > 0) return there + move_duration(motion, run_on + back_mm, probe_feed);
+    const double retract = std::min(motion.retract_mm, way_mm);
+    return there + move_duration(motion, run_on + retract, probe_feed) + move_duration(motion, retract, probe_feed);
+}
+
+}  // namespace
+
+Seconds time_of_move(const MotionModel& motion, const Point& start, const MoveResult& result, const Point& rest, Pace pace) {
+    const double feed = motion.feeds.of(pace);
+    if (result.outcome == MoveResult::Outcome::reached) return move_duration(motion, (rest - start).norm(), feed);
+    return touch_duration(motion, (result.position - start).norm(), (rest - result.position).norm(), feed);
+}
 
 std::uint64_t& MoveCount::of(MoveResult::Outcome outcome) {
     switch (outcome) {
@@ -32,26 +50,13 @@ MoveResult MeteredDevice::guarded_move(const Point& target, Pace pace) {
 }
 
 void MeteredDevice::add(const Point& start, const MoveResult& result, const Point& rest, Pace pace) {
-    using Outcome = MoveResult::Outcome;
-    const bool is_touch = result.outcome != Outcome::reached;
+    const bool is_touch = result.outcome != MoveResult::Outcome::reached;
     ++meter_.of(pace).of(result.outcome);
     for (const DeviceEvent& event : result.events) ++meter_.events.at(static_cast<std::size_t>(event.kind));
 
-    const double feed = motion_.feeds.of(pace);
     const Point& farthest = is_touch ? result.position : rest;
-    const double way = (farthest - start).norm();
-    const double back = (rest - farthest).norm();
-    meter_.displacement_mm += way + back;
-    meter_.machine_time += is_touch ? touch_duration(way, back, feed) : move_duration(motion_, way, feed);
-}
-
-Seconds MeteredDevice::touch_duration(double way_mm, double back_mm, double feed_mm_per_s) const {
-    const double probe_feed = motion_.feeds.probe_mm_per_s;
-    const double run_on = stopping_distance(motion_, feed_mm_per_s);
-    const Seconds there = move_duration(motion_, way_mm + run_on, feed_mm_per_s);
-    if (back_mm > 0) return there + move_duration(motion_, run_on + back_mm, probe_feed);
-    const double retract = std::min(motion_.retract_mm, way_mm);
-    return there + move_duration(motion_, run_on + retract, probe_feed) + move_duration(motion_, retract, probe_feed);
+    meter_.displacement_mm += (farthest - start).norm() + (rest - farthest).norm();
+    meter_.machine_time += time_of_move(motion_, start, result, rest, pace);
 }
 
 }  // namespace palpate

@@ -36,6 +36,9 @@ struct Meter {
     [[nodiscard]] std::uint64_t contacts() const { return travel.contact + probe.contact + touch.contact; }
 };
 
+// What a machine takes for a move from `start` that ended so, at `rest`.
+[[nodiscard]] Seconds time_of_move(const MotionModel& motion, const Point& start, const MoveResult& result, const Point& rest, Pace pace);
+
 // What is asked for below this, such as the slow touches of a MultiTouchDevice, is seen only by a meter that is below, too.
 //
 // Time: every move from rest to rest at the feed of its pace. One that ends at a touch runs on by the stopping distance, in which the
@@ -54,7 +57,6 @@ public:
 
 private:
     void add(const Point& start, const MoveResult& result, const Point& rest, Pace pace);
-    [[nodiscard]] Seconds touch_duration(double way_mm, double back_mm, double feed_mm_per_s) const;
 
     ProbeDevice& device_;
     const MotionModel motion_;

@@ -44,7 +44,7 @@ std::vector<Candidate> contacts_of(const Journal& journal, std::size_t moves) {
     std::vector<Candidate> contacts;
     for (std::size_t k = 0; k < std::min(moves, journal.moves.size()); ++k) {
         const JournalMove& move = journal.moves[k];
-        if (move.pace != Pace::probe || move.result.outcome != MoveResult::Outcome::contact) continue;
+        if (move.datum || move.pace != Pace::probe || move.result.outcome != MoveResult::Outcome::contact) continue;
         const Point& from = journal.rest_before(k);
         const Vector way = move.result.position - from;
         if (way.isZero()) continue;

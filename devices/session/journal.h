@@ -5,8 +5,11 @@
 //    "machine":"Grbl 1.1h on /dev/ttyUSB0","object":"<SHA-256 of its mesh file>",…}    one line. "version", of the program that began the
 //                                                          journal, and "object" may be missing
 //   {"n":1,"move":[x,y,z],"pace":"probe","outcome":"contact","at":[x,y,z],"rest":[x,y,z],"events":[{"kind":"spurious_trigger","at":[x,y,z]}],…}
+//                                                          with "datum":"way" or "datum":0 it is part of a visit to machine.datum:
+//                                                          on the way there or back, or its touch 0
 //   {"n":2,"resumed":{"contacts":[1],"offsets":[0.001],"directions":1},…}   taken up again; the contact of line 1 was touched 0.001 mm off
-//                                                          its place, and shifts in one direction would have shown
+//                                                          its place, and shifts in one direction would have shown; with
+//                                                          "datum":[[x,y,z],…] the touches of machine.datum then
 //   {"n":3,"withdrawn":1,…}                                lines 1 to 2 do not count: a touch on travel that the session halted at, or what
 //                                                          came after the last contact of a session that was interrupted
 //   {"n":4,"end":{"planner":0.8,"oracle":120.5},…}         seconds; nothing follows but
@@ -50,6 +53,13 @@ struct JournalHeader {
     friend bool operator==(const JournalHeader&, const JournalHeader&) = default;
 };
 
+// That a move is part of a visit to the datum (drift_datum.h).
+struct DatumMark {
+    std::optional<std::uint64_t> touch{};  // which of its touches; none: the way there or back
+
+    friend bool operator==(const DatumMark&, const DatumMark&) = default;
+};
+
 // A move that was asked of the device, and its answer.
 struct JournalMove {
     Point target = Point::Zero();
@@ -57,6 +67,7 @@ struct JournalMove {
     MoveResult result;
     Point rest = Point::Zero();
     std::uint64_t line = 0;
+    std::optional<DatumMark> datum{};
 
     friend bool operator==(const JournalMove&, const JournalMove&) = default;
 };
@@ -67,6 +78,8 @@ struct JournalResumption {
     std::vector<double> offsets_mm{};       // along S's normals, between then and now
     int directions = 0;                     // independent ones in which a shift would have shown, 0 to 3
     bool after_miss = false;                // the session itself did, as the probe had missed a touch
+    std::vector<Point> datum{};             // mm: where the touches of the datum were, all of them; empty: none, or not touched before
+    std::uint64_t line = 0;
 
     friend bool operator==(const JournalResumption&, const JournalResumption&) = default;
 };
@@ -98,7 +111,7 @@ struct Journal {
     // Where the tool was before a move.
     [[nodiscard]] const Point& rest_before(std::size_t move) const { return move == 0 ? header.start : moves[move - 1].rest; }
     // So many moves come up to and with the last that something was touched in: nothing but a touch shows that the probe works, and what
-    // was found free since then is in doubt once a session was interrupted.
+    // was found free since then is in doubt once a session was interrupted. Visits to the datum are made again, too.
     [[nodiscard]] std::size_t confirmed_moves() const;
 };
 
@@ -143,7 +156,7 @@ public:
     // ends with the line before, and nothing more is written. An answer with a number that is not finite throws BadAnswer, and nothing is
     // written. Returns the number of the line.
     std::uint64_t append(const JournalMove& move);
-    void append(const JournalResumption& resumption);
+    std::uint64_t append(const JournalResumption& resumption);
     void append_withdrawn(std::uint64_t first_line);
     void append(const JournalEnd& end);
     void append_raised(const std::string& config_digest);

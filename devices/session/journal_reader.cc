@@ -130,6 +130,12 @@ JournalMove read_move(Line& line) {
     move.result.outcome = line.word(line.take("outcome"), kOutcomeWords);
     move.result.position = line.take_place("at");
     move.rest = line.take_place("rest");
+    if (line.has("datum")) {
+        const Json datum = line.take("datum");
+        if (!datum.is_number_unsigned() && datum != Json(kDatumWay)) line.fail("\"datum\" is no touch of it and no way there");
+        move.datum = DatumMark{};
+        if (datum.is_number_unsigned()) move.datum->touch = datum.get<std::uint64_t>();
+    }
     if (!line.has("events")) return move;
     const Json events = line.take("events");
     if (!events.is_array()) line.fail("\"events\" is no list");
@@ -143,7 +149,8 @@ JournalMove read_move(Line& line) {
 JournalResumption read_resumption(Line& line) {
     const Json resumed = line.take("resumed");
     JournalResumption resumption;
-    if (!resumed.is_object() || resumed.size() != (resumed.contains("after_miss") ? 4 : 3)) line.fail("\"resumed\" is none");
+    const std::size_t others = (resumed.contains("after_miss") ? 1U : 0U) + (resumed.contains("datum") ? 1U : 0U);
+    if (!resumed.is_object() || resumed.size() != 3 + others) line.fail("\"resumed\" is none");
     for (const char* list : {"contacts", "offsets"}) {
         if (!resumed.contains(list) || !resumed[list].is_array()) line.fail(fmt::format("\"resumed\" has no list of {}", list));
     }
@@ -160,6 +167,9 @@ JournalResumption read_resumption(Line& line) {
         line.fail("\"directions\" is no number");
     resumption.directions = resumed["directions"].get<int>();
     resumption.after_miss = resumed.contains("after_miss");
+    if (!resumed.contains("datum")) return resumption;
+    if (!resumed["datum"].is_array()) line.fail("\"datum\" is no list of places");
+    for (const Json& touched : resumed["datum"]) resumption.datum.push_back(line.place(touched));
     return resumption;
 }
 
@@ -180,6 +190,7 @@ void read_line(Line& line, std::uint64_t number, Journal& journal) {
         journal.moves.back().line = number;
     } else if (line.has("resumed")) {
         journal.resumptions.push_back(read_resumption(line));
+        journal.resumptions.back().line = number;
     } else if (line.has("withdrawn")) {
         const std::uint64_t first = line.take_line("withdrawn");
         if (first == 0 || first >= number) line.fail("withdraws lines that are not there");
@@ -197,9 +208,11 @@ void read_line(Line& line, std::uint64_t number, Journal& journal) {
 
 std::size_t Journal::confirmed_moves() const {
     using Outcome = MoveResult::Outcome;
+    const auto shows_nothing = [](const JournalMove& move) {
+        return move.datum || move.result.outcome == Outcome::reached || move.result.outcome == Outcome::vanished;
+    };
     std::size_t count = moves.size();
-    while (count > 0 && (moves[count - 1].result.outcome == Outcome::reached || moves[count - 1].result.outcome == Outcome::vanished))
-        --count;
+    while (count > 0 && shows_nothing(moves[count - 1])) --count;
     return count;
 }
 

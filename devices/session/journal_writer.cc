@@ -123,6 +123,9 @@ Journal JournalWriter::read() {
 std::uint64_t JournalWriter::append(const JournalMove& move) {
     std::string line = fmt::format(R"("move":{},"pace":"{}","outcome":"{}","at":{},"rest":{})", place(move.target), word_of(move.pace),
                                    word_of(move.result.outcome), place(move.result.position), place(move.rest));
+    if (move.datum) {
+        line += move.datum->touch ? fmt::format(R"(,"datum":{})", *move.datum->touch) : fmt::format(R"(,"datum":"{}")", kDatumWay);
+    }
     if (!move.result.events.empty()) {
         const auto text = [](const DeviceEvent& event) {
             return fmt::format(R"({{"kind":"{}","at":{}}})", word_of(event.kind), place(event.position));
@@ -133,10 +136,13 @@ std::uint64_t JournalWriter::append(const JournalMove& move) {
     return lines_ - 1;
 }
 
-void JournalWriter::append(const JournalResumption& resumption) {
-    append_line(fmt::format(R"("resumed":{{"contacts":[{}],"offsets":[{}],"directions":{}{}}})", fmt::join(resumption.contacts, ","),
+std::uint64_t JournalWriter::append(const JournalResumption& resumption) {
+    const std::string datum =
+        resumption.datum.empty() ? "" : fmt::format(R"(,"datum":[{}])", fmt::join(texts_of(resumption.datum, place), ","));
+    append_line(fmt::format(R"("resumed":{{"contacts":[{}],"offsets":[{}],"directions":{}{}{}}})", fmt::join(resumption.contacts, ","),
                             fmt::join(texts_of(resumption.offsets_mm, number), ","), resumption.directions,
-                            resumption.after_miss ? R"(,"after_miss":true)" : ""));
+                            resumption.after_miss ? R"(,"after_miss":true)" : "", datum));
+    return lines_ - 1;
 }
 
 void JournalWriter::append_withdrawn(std::uint64_t first_line) { append_line(fmt::format(R"("withdrawn":{})", first_line)); }

@@ -33,7 +33,9 @@ public:
 
     [[nodiscard]] Point position() const override { return device_ != nullptr ? device_->position() : rest_; }
     // Throws ReplayMismatch, Stopped, JournalError (the answer is lost then, not the journal), and what the device throws.
-    [[nodiscard]] MoveResult guarded_move(const Point& target, Pace pace) override;
+    [[nodiscard]] MoveResult guarded_move(const Point& target, Pace pace) override { return answer(target, pace, std::nullopt); }
+    // The same, as part of a visit to the datum.
+    [[nodiscard]] MoveResult datum_move(const Point& target, Pace pace, const DatumMark& mark) { return answer(target, pace, mark); }
     void stop() override;
 
     [[nodiscard]] const Journal& record() const { return record_; }
@@ -41,11 +43,16 @@ public:
     [[nodiscard]] bool is_live() const { return went_live_; }
     // Whether the next answer is not in the record any more.
     [[nodiscard]] bool is_used_up() const { return next_ == record_.moves.size(); }
+    // The answers that were given from the record.
+    [[nodiscard]] std::size_t replayed() const { return next_; }
+    // Asks for the device now, if the record is used up: the next move goes to `target`. Nothing happens where there is none.
+    void go_live(const Point& target);
     // So many last answers do not count: a resumed session asks again. REQUIRES: writer, not live, `count` answers were replayed.
     void withdraw(std::size_t count);
 
 private:
-    const JournalMove& replay(const Point& target, Pace pace);
+    MoveResult answer(const Point& target, Pace pace, const std::optional<DatumMark>& mark);
+    const JournalMove& replay(const Point& target, Pace pace, const std::optional<DatumMark>& mark);
 
     Journal record_;
     JournalWriter* writer_;

@@ -10,6 +10,7 @@
 #include "devices/decorators/slow_device.h"
 #include "devices/device_oracle.h"
 #include "devices/errors.h"
+#include "devices/session/datum_oracle.h"
 #include "devices/session/journaling_device.h"
 #include "devices/session/resumption.h"
 #include "devices/timed_oracle.h"
@@ -21,14 +22,23 @@
 namespace palpate {
 namespace {
 
-// What the planner makes of the answers of `journal`. `press` asks for the probe to be pressed by hand.
-MachineRun run_on(JournalingDevice& journal, const SessionPlan& plan, const SessionHost& host, const std::function<bool()>& press) {
-    MeteredDevice metered(journal, plan.machine.motion);
+DriftAccount account_of(const DatumDevice& datum) {
+    const DriftLog& log = datum.log();
+    return {log.visits(), datum.touches(),        datum.visits().displacement_mm, log.directions(),
+            log.shift(),  log.largest_shift_mm(), log.largest_change_mm()};
+}
+
+// What the planner makes of the answers of `journal`, of which `datum` may be above it. `press` asks for the probe to be pressed by hand.
+MachineRun run_on(JournalingDevice& journal, DatumDevice* datum, const SessionPlan& plan, const SessionHost& host,
+                  const std::function<bool()>& press) {
+    MeteredDevice metered(datum != nullptr ? static_cast<ProbeDevice&>(*datum) : journal, plan.machine.motion);
     // What the session went on after was shown to work.
     OracleTraits traits = plan.machine.traits();
     traits.overtravel = plan.machine.motion.overtravel_mm;
     DeviceOracle device_oracle(metered, traits, DeviceOracle::Positions::as_traits_say, [&] { return !journal.is_used_up() || press(); });
-    TimedOracle oracle(device_oracle);
+    std::optional<DatumOracle> datum_oracle;
+    if (datum != nullptr) datum_oracle.emplace(device_oracle, *datum);
+    TimedOracle oracle(datum_oracle ? static_cast<SurfaceOracle&>(*datum_oracle) : device_oracle);
     Options options = plan.probing;
     options.goes_home = true;
     Observer observer;
@@ -42,10 +52,16 @@ MachineRun run_on(JournalingDevice& journal, const SessionPlan& plan, const Sess
     MachineRun run;
     const auto begin = std::chrono::steady_clock::now();
     run.result = probe_surface(oracle, plan.workspace, options, observer);
+    if (datum_oracle) {
+        datum->finish();
+        datum_oracle->take_out_drift(run.result);
+        run.drift = account_of(*datum);
+    }
     const Seconds total = std::chrono::steady_clock::now() - begin;
     run.oracle_seconds = oracle.spent().count();
     run.planner_seconds = (total - oracle.spent()).count();
     run.meter = metered.meter();
+    if (datum != nullptr) run.meter.machine_time += datum->visits().machine_time;
     run.grazes = device_oracle.grazes();
     run.machine = journal.record().header.machine;
     run.object_sha256 = journal.record().header.object_sha256;
@@ -70,6 +86,10 @@ private:
 };
 
 std::pair<Point, Pace> first_move(const SessionPlan& plan, const Point& start) {
+    if (plan.machine.datum) {
+        for (const Point& p : way_around(plan.workspace, start, plan.machine.datum->touches.front().from))
+            if (p != start) return {p, Pace::probe};
+    }
     Asked asked(start);
     DeviceOracle oracle(asked, plan.machine.traits(), DeviceOracle::Positions::as_traits_say);
     try {
@@ -133,15 +153,20 @@ public:
 
 private:
     MachineRun run_once() {
+        std::optional<DatumDevice> datum;
         JournalingDevice journal(
             record_, &writer_,
             [&](const Point& next_target) -> ProbeDevice& {
-                if (guarded_ == nullptr) return_to({next_target, record_.confirmed_moves(), {}}, false);
+                if (guarded_ == nullptr) {
+                    return_to({next_target, record_.confirmed_moves(), {}}, false);
+                    if (datum) datum->take_up(record_.resumptions.back());
+                }
                 return device();
             },
             host_.stop, host_.pause);
+        if (plan_.machine.datum) datum.emplace(journal, plan_.workspace, plan_.machine);
         try {
-            MachineRun run = run_on(journal, plan_, host_, [&] {
+            MachineRun run = run_on(journal, datum ? &*datum : nullptr, plan_, host_, [&] {
                 return guarded_ != nullptr && is_pressed_by_hand(plan_, host_) && host_.press(guarded_->machine());
             });
             run.resumptions = record_.resumptions;
@@ -152,6 +177,13 @@ private:
             if (journal.is_live() || record_.confirmed_moves() == record_.moves.size()) throw DeviceError(error.what());
             host_.say(fmt::format("the session had stopped: {}", error.what()));
             return_to({record_.last_rest(), record_.confirmed_moves(), {}}, false);
+        } catch (const DatumFault& fault) {
+            if (journal.is_live()) throw;
+            host_.say(fmt::format("the session had stopped: {}", fault.what()));
+            const bool has_jumped = dynamic_cast<const DriftJump*>(&fault) != nullptr;
+            const std::size_t moves =
+                has_jumped ? read_drift(record_, plan_.machine.datum.value(), plan_.machine.motion).moves : record_.confirmed_moves();
+            return_to({record_.last_rest(), moves, {}}, false);
         } catch (const UnexpectedContact& contact) {
             if (journal.is_live()) record_ = writer_.read();
             settle(contact, journal);
@@ -166,7 +198,7 @@ private:
         if (contact.moves() == 0 || contact.moves() > count) throw contact;  // it was not the planner's travel
         const double tolerance = 2 * DeviceOracle::kGraze * plan_.machine.touch_error();
         const std::size_t before = count - contact.moves();
-        const auto missed = record_.last_passed(contact.where(), tolerance, before);
+        const auto missed = in_part_frame_of(record_).last_passed(contact.where(), tolerance, before);
         if (missed && missed_touches(record_.resumptions) < kMisses + count / kMovesPerMiss) {
             host_.say(fmt::format("{}. A probe had passed there and found nothing; known places are touched again", contact.what()));
             return_to({record_.last_rest(), *missed, VisitedWays::Contradiction{contact.where(), tolerance, *missed, before}}, true);
@@ -175,6 +207,12 @@ private:
         asked_again_ = true;
         host_.say(fmt::format("the session had halted: {}; that way is gone again", contact.what()));
         journal.withdraw(contact.moves());
+    }
+
+    // As the planner has it.
+    [[nodiscard]] Journal in_part_frame_of(const Journal& journal) const {
+        if (!plan_.machine.datum) return journal;
+        return in_part_frame(journal, read_drift(journal, *plan_.machine.datum, plan_.machine.motion));
     }
 
     // The machine that is connected.
@@ -197,7 +235,7 @@ private:
         found.after_miss = after_miss;
         warn_of_blind_directions(found, host_);
         if (moves < record_.moves.size()) writer_.append_withdrawn(record_.moves[moves].line);
-        writer_.append(found);
+        found.line = writer_.append(found);
         if (moves < record_.moves.size()) throw ReadAgain{};
         record_.resumptions.push_back(found);
     }
@@ -259,6 +297,7 @@ void check_session(const MachineSettings& machine, const Surroundings& workspace
                         "the workspace smaller or the limits wider",
                         point_text(around.min), point_text(around.max), point_text(limits.min), point_text(limits.max)));
     }
+    check_datum(machine, workspace);
     check_options(workspace, probing, machine.traits());
 }
 
@@ -297,7 +336,9 @@ MachineRun replay_session(const SessionPlan& plan, const SessionHost& host) {
     const JournalEnd end = *record.end;
     const std::vector<JournalResumption> resumptions = record.resumptions;
     JournalingDevice journal(std::move(record), nullptr, {}, host.stop, host.pause);
-    MachineRun run = run_on(journal, plan, host, [] { return false; });
+    std::optional<DatumDevice> datum;
+    if (plan.machine.datum) datum.emplace(journal, plan.workspace, plan.machine);
+    MachineRun run = run_on(journal, datum ? &*datum : nullptr, plan, host, [] { return false; });
     run.planner_seconds = end.planner_seconds;
     run.oracle_seconds = end.oracle_seconds;
     run.resumptions = resumptions;

@@ -65,13 +65,25 @@ struct SessionHost {
     std::function<void()> pause = {};
 };
 
+// What visits to the datum (machine.datum) found, and what they took.
+struct DriftAccount {
+    std::size_t visits = 0;
+    std::uint64_t touches = 0;       // of the datum, besides those of the part
+    double way_mm = 0.0;             // there, back, and for these touches, besides that of the meter
+    int directions = 0;              // 0 to 3: in which a shift was seen
+    Vector shift = Vector::Zero();   // mm: of the part, at the last visit, since the first
+    double largest_shift_mm = 0.0;   // since the first visit
+    double largest_change_mm = 0.0;  // from one visit to the next
+};
+
 struct MachineRun {
     Result result;
     Meter meter;               // of the answers that the planner got, replayed ones too
     std::uint64_t grazes = 0;  // touches on travel that were passed beside
     std::vector<JournalResumption> resumptions;
-    std::string machine;        // identity
-    std::string object_sha256;  // as the journal has it
+    std::optional<DriftAccount> drift;  // with a datum only
+    std::string machine;                // identity
+    std::string object_sha256;          // as the journal has it
     double planner_seconds = 0.0;
     double oracle_seconds = 0.0;
 };
@@ -84,7 +96,8 @@ public:
 
 // Throws SetupError if the session was not begun with that plan.
 void check_plan(const Journal& journal, const SessionPlan& plan);
-// Throws SetupError if the tool may not go all around ω, std::invalid_argument as check_options does. All of the below begin with it.
+// Throws SetupError if the tool may not go all around ω, or as check_datum() does, std::invalid_argument as check_options does. All of the
+// below begin with it.
 void check_session(const MachineSettings& machine, const Surroundings& workspace, const Options& probing);
 
 // Throws SetupError if a session cannot begin with the tool there: it is outside `limits`, or where no way is known to be free.

@@ -7,6 +7,7 @@
 #include "devices/homing.h"
 #include "devices/machine_report.h"
 #include "devices/motion_model.h"
+#include "devices/session/drift_datum.h"
 #include "planner/region.h"
 #include "planner/surface_oracle.h"
 
@@ -28,6 +29,7 @@ struct MachineSettings {
     MultiTouchOptions touch;
     std::optional<double> datum_tolerance_mm;  // a known place may be off by that when a session is resumed
     ProbeProof probe_proof = ProbeProof::automatic;
+    std::optional<DriftDatum> datum{};  // touched now and then, so that drift is seen; none: there is taken to be none
 
     // mm: of touches. Positions are rounded both ways.
     [[nodiscard]] double touch_error() const { return 2 * motion.resolution_mm + noise_mm; }

@@ -9,6 +9,8 @@
 #include "devices/device_oracle.h"
 #include "devices/errors.h"
 #include "devices/session/datum.h"
+#include "devices/session/drift_log.h"
+#include "devices/session/part_frame.h"
 #include "planner/number_text.h"
 
 namespace palpate {
@@ -24,6 +26,8 @@ constexpr const char* kOnWayBack = "the way back to where the session ended";
 constexpr int kMaxMet = 8;
 // Of the overtravel: so far beyond a known place its touch is looked for.
 constexpr double kLook = 0.5;
+// A probe may miss a touch.
+constexpr int kAttempts = 2;
 
 // mm: how far it is from `p` along the unit vector `direction` to where `box` ends; 0 if `p` is there or beyond.
 double room_within(const Box& box, const Point& p, const Vector& direction) {
@@ -40,51 +44,99 @@ Point within(const Box& box, const Point& p) { return p.cwiseMax(box.min).cwiseM
 
 class WayBack {
 public:
-    WayBack(GuardedMachine& guarded, const Journal& journal, const Surroundings& surroundings, const MachineSettings& settings,
-            const Interruption& interruption)
+    // All but `recorded` is in the part's frame, which `drift` tells; without, that is the machine's.
+    WayBack(GuardedMachine& guarded, const Journal& recorded, std::optional<DriftRecord> drift, const Surroundings& surroundings,
+            const MachineSettings& settings, const Interruption& interruption)
         : machine_(guarded.machine()),
-          guarded_(guarded.device()),
-          journal_(journal),
+          device_(guarded.device()),
+          drift_(std::move(drift)),
+          frame_{drift_ ? drift_->log.shift() : Vector(Vector::Zero()), settings.limits},
+          guarded_(device_, frame_),
+          recorded_(recorded),
+          in_part_frame_(drift_ ? in_part_frame(recorded, *drift_) : Journal{}),
+          journal_(drift_ ? in_part_frame_ : recorded),
           surroundings_(surroundings),
           settings_(settings),
           interruption_(interruption),
           contradictions_(interruption.contradiction ? std::vector{*interruption.contradiction}
                                                      : std::vector<VisitedWays::Contradiction>{}),
-          visited_ways_(journal, surroundings, contradictions_),
-          is_cut_off_(!visited_ways_.has_way(journal.last_rest(), journal.header.start)),
-          datum_(
-              choose_datum_places(journal, visited_ways_, is_cut_off_ ? journal.header.start : journal.last_rest(), interruption.moves)) {}
+          visited_ways_(journal_, surroundings, contradictions_),
+          is_cut_off_(!visited_ways_.has_way(journal_.last_rest(), journal_.header.start)),
+          datum_(choose_datum_places(journal_, visited_ways_, is_cut_off_ ? journal_.header.start : journal_.last_rest(),
+                                     interruption.moves)) {}
 
     Return run() {
-        const Point at = machine_.report().position;  // as it is now: the operator may have moved it by hand
+        const Point said = machine_.report().position;  // as it is now: the operator may have moved it by hand
+        const Point at = frame_.to_part(said);
         const double beside = std::max(kBesideWay, 2 * DeviceOracle::kGraze * settings_.touch_error());
         const std::optional<Point> origin =
             machine_.is_position_trusted() ? origin_of(at, interruption_.next_target, beside) : std::nullopt;
         try {
             if (origin) {
                 // The machine ended by itself what was under way, perhaps on the surface.
-                check_limits(at);
-                machine_.retreat(*origin);
+                check_limits(said);
+                machine_.retreat(frame_.to_machine(*origin));
                 machine_.make_ready();
                 go(*origin);
                 place_ = *origin;
+                if (datum_touch_at(at, beside) != nullptr) go_round_to_start(*origin);
                 if (is_cut_off_ && place_ == journal_.last_rest()) escape();
             } else {
                 machine_.make_ready();
-                check_limits(guarded_.position());
+                check_limits(device_.position());
                 enter(guarded_.position(), beside);
             }
         } catch (const UnexpectedContact&) {
             if (contradictions_.empty()) throw;
             escape();
         }
-        const JournalResumption found = touch_datum();
-        std::size_t moves = believed_moves();
-        while (!reaches(journal_.rest_before(moves))) moves = std::min(moves - 1, believed_moves());
+        std::vector<Point> datum = visit_datum();
+        JournalResumption found = touch_datum();
+        found.datum = std::move(datum);
+        std::size_t moves = before_visit(believed_moves());
+        while (!reaches(journal_.rest_before(moves))) moves = before_visit(std::min(moves - 1, believed_moves()));
         return {found, moves};
     }
 
 private:
+    // What drifted since the session ended is known from there on. The places that it was touched at; none if it never was before.
+    std::vector<Point> visit_datum() {
+        if (!drift_ || !drift_->log.has_reading() || !reaches(journal_.header.start)) return {};
+        const DriftDatum& datum = *settings_.datum;
+        std::vector<Point> touched;
+        for (std::size_t k = 0; k < datum.touches.size(); ++k) {
+            go(way_around(surroundings_, guarded_.position(), datum.touches[k].from));
+            touched.push_back(touch_of_datum(datum.touches[k], k));
+        }
+        drift_->log.add(touched, drift_->end);
+        frame_.shift = drift_->log.shift();
+        go(way_around(surroundings_, guarded_.position(), journal_.header.start));
+        // What was touched since the last visit is better known now.
+        in_part_frame_ = in_part_frame(recorded_, *drift_);
+        datum_ = choose_datum_places(journal_, visited_ways_, place_, interruption_.moves);
+        return touched;
+    }
+
+    // As the machine says it.
+    Point touch_of_datum(const DatumTouch& touch, std::size_t k) {
+        for (int attempt = 0; attempt < kAttempts; ++attempt) {
+            const MoveResult result = move_past_sparks(device_, frame_.to_machine(touch.to), Pace::probe);
+            go(touch.from);
+            if (result.outcome == Outcome::contact) return result.position;
+        }
+        throw DatumFault(
+            fmt::format("machine.datum.at[{}]: nothing was touched from {} to {}: the datum is not there any more, or the probe does not "
+                        "close any more. Put it back or mend the probe, then resume",
+                        k, point_text(touch.from), point_text(touch.to)));
+    }
+    // The touch of the datum that a tool at `at` was left on.
+    [[nodiscard]] const DatumTouch* datum_touch_at(const Point& at, double beside) const {
+        if (!settings_.datum) return nullptr;
+        for (const DatumTouch& touch : settings_.datum->touches)
+            if (distance_to({touch.from, touch.to}, at) <= beside) return &touch;
+        return nullptr;
+    }
+
     JournalResumption touch_datum() {
         for (int again = 0;; ++again) {
             JournalResumption found;
@@ -101,6 +153,12 @@ private:
         }
     }
 
+    // No visit to the datum is believed in part.
+    [[nodiscard]] std::size_t before_visit(std::size_t moves) const {
+        const std::vector<JournalMove>& all = journal_.moves;
+        while (moves > 0 && moves < all.size() && all[moves].datum && all[moves - 1].datum) --moves;
+        return moves;
+    }
     // None that passed a place that is touched now, and no rest that no way leads to any more.
     [[nodiscard]] std::size_t believed_moves() const {
         std::size_t moves = interruption_.moves;
@@ -121,6 +179,7 @@ private:
     [[nodiscard]] std::optional<Point> origin_of(const Point& at, const Point& next_target, double beside) const {
         const Point rest = journal_.last_rest();
         if (distance_to({rest, next_target}, at) <= beside) return rest;
+        if (const DatumTouch* touch = datum_touch_at(at, beside)) return touch->from;
         for (const DatumPlace& place : datum_) {
             if (is_at(place, at, beside)) return place.from;
         }
@@ -276,7 +335,12 @@ private:
     }
 
     Machine& machine_;
-    ProbeDevice& guarded_;
+    ProbeDevice& device_;  // as it says where it is
+    std::optional<DriftRecord> drift_;
+    PartFrame frame_;
+    ShiftedDevice guarded_;
+    const Journal& recorded_;
+    Journal in_part_frame_;
     const Journal& journal_;
     const Surroundings surroundings_;
     const MachineSettings& settings_;
@@ -292,7 +356,11 @@ private:
 
 Return return_to_work(GuardedMachine& guarded, const Journal& journal, const Surroundings& surroundings, const MachineSettings& settings,
                       const Interruption& interruption) {
-    return WayBack(guarded, journal, surroundings, settings, interruption).run();
+    if (!settings.datum) return WayBack(guarded, journal, std::nullopt, surroundings, settings, interruption).run();
+    DriftRecord drift = read_drift(journal, *settings.datum, settings.motion);
+    Interruption in_part = interruption;
+    in_part.next_target -= drift.log.shift();
+    return WayBack(guarded, journal, std::move(drift), surroundings, settings, in_part).run();
 }
 
 }  // namespace palpate

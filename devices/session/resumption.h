@@ -11,9 +11,10 @@
 namespace palpate {
 
 struct Interruption {
-    Point next_target = Point::Zero();  // where the next move goes: an interrupted session may have left the tool on the way there
-    std::size_t moves = 0;              // of the journal, that are to be believed at most
-    std::optional<VisitedWays::Contradiction> contradiction{};
+    Point next_target =
+        Point::Zero();      // the machine's, where the next move goes: an interrupted session may have left the tool on the way there
+    std::size_t moves = 0;  // of the journal, that are to be believed at most
+    std::optional<VisitedWays::Contradiction> contradiction{};  // in the part's frame (drift_log.h)
 };
 
 struct Return {
@@ -21,8 +22,9 @@ struct Return {
     std::size_t moves = 0;  // of the journal, that are to be believed: the tool is where they end
 };
 
-// All ways are gone at the feed of probes. Throws DeviceError if the tool is where no way back is known, if something is in the way, or if
-// a known place has moved by more than the tolerance.
+// With settings.datum the datum is touched first, and drift taken out of what follows.
+// All ways are gone at the feed of probes. Throws DeviceError if the tool is where no way back is known, if something is in the way, if
+// a known place has moved by more than the tolerance, or as a visit to the datum does.
 [[nodiscard]] Return return_to_work(GuardedMachine& guarded, const Journal& journal, const Surroundings& surroundings,
                                     const MachineSettings& settings, const Interruption& interruption);
 

@@ -88,5 +88,24 @@ TEST_F(MachineReader, RefusesWhatCannotBe) {
     EXPECT_EQ(complaint(kModbus + "homing: require, " + kRest), "nothing");
 }
 
+TEST_F(MachineReader, ADatumIsTouchedInOnePlaceAtLeast) {
+    EXPECT_FALSE(read(kGrbl + kRest).machine->datum);
+    const DriftDatum datum =
+        read(kGrbl + "datum: {at: [{from: [9, 0, 0], to: [11, 0, 0]}, {from: [9, 5, 0], to: [9, 4, 0]}]}, " + kRest).machine->datum.value();
+    EXPECT_EQ(datum.every, 100U);
+    EXPECT_EQ(datum.limit_mm, 0.1);
+    ASSERT_EQ(datum.touches.size(), 2U);
+    EXPECT_EQ(datum.touches[1].from, Point(9, 5, 0));
+    EXPECT_EQ(datum.touches[1].inwards(), Vector(0, -1, 0));
+    const auto complaint_of = [&](const std::string& text) { return complaint(kGrbl + "datum: {" + text + "}, " + kRest); };
+    const std::string at = "at: [{from: [9, 0, 0], to: [11, 0, 0]}]";
+    EXPECT_EQ(complaint_of("every: 5"), "machine.datum.at: is required; allowed: at least 1");
+    EXPECT_EQ(complaint_of("every: 0, " + at), "machine.datum.every: 0 is out of range; allowed: from 1 to 1000000");
+    EXPECT_EQ(complaint_of("limit: 0, " + at), "machine.datum.limit: 0 is out of range; allowed: greater than 0, at most 1000000 (mm)");
+    EXPECT_EQ(complaint_of("at: [{from: [9, 0, 0], to: [9, 0, 0]}]"),
+              "machine.datum.at[0].to: is where `from` is; allowed: another place (mm)");
+    EXPECT_EQ(complaint_of("at: [{from: [9, 0, 0], towards: [9, 0, 0]}]").substr(0, 26), "machine.datum.at[0].toward");
+}
+
 }  // namespace
 }  // namespace palpate

@@ -207,6 +207,26 @@ TEST(Writer, SpellsOutControllersThatSpeakModbus) {
                                     "slowest_answer: 0.65, reconnect_time: 10, busy_time: 1, profile: \"/p.yaml\"}\n  homing: require\n"));
 }
 
+TEST(Writer, SpellsOutADatumWhereThereIsOne) {
+    const std::string text =
+        "machine: {grbl: {port: /dev/ttyS1}, limits: {min: [-1, -2, -3], max: [1, 2, 3]}, datum: {limit: 0.02, at: [{from: [1, 0, 0], to: "
+        "[0.25, 0, 0]}]}}\nprobing: {epsilon: 0.1}\n";
+    const SessionConfig config = read_config_text(text, "s.yaml");
+    const std::string written = write_config(config);
+    EXPECT_THAT(written, testing::HasSubstr(R"(
+  probe_proof: auto
+  datum:
+    every: 100
+    at:
+      - {from: [1, 0, 0], to: [0.25, 0, 0]}
+    limit: 0.02
+)"));
+    EXPECT_EQ(write_config(read_config_text(written, "s.yaml")), written);
+    EXPECT_THAT(write_config(read_config_text(
+                    "machine: {grbl: {port: p}, limits: {min: [0, 0, 0], max: [1, 1, 1]}}\nprobing: {epsilon: 1}\n", "s.yaml")),
+                testing::Not(testing::HasSubstr("datum:")));
+}
+
 TEST(Writer, RefusesWhatYamlCannotHold) {
     SessionConfig config;
     config.probing.epsilon = std::numeric_limits<double>::quiet_NaN();

@@ -32,7 +32,7 @@ const std::map<std::string, std::set<std::string>> kMayInclude = {
     {"devices/grbl", {"devices", "devices/posix", "planner"}},
     {"devices/modbus", {"devices", "devices/posix", "planner"}},
     {"devices/posix", {"devices", "planner"}},
-    {"devices/session", {"devices", "devices/decorators", "planner"}},
+    {"devices/session", {"devices", "devices/calibration", "devices/decorators", "planner"}},
     {"sim", {"sim/objects", "sim/probe", "devices", "planner"}},
     {"sim/objects", {"planner"}},
     {"sim/probe", {"devices/calibration", "planner"}},

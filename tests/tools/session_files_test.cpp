@@ -136,6 +136,7 @@ TEST(SessionFiles, EveryKeyOfASummaryIsDocumentedAndEveryDocumentedKeyIsWritten)
     MachineRun machine;
     machine.result = simulation.result;
     machine.resumptions = {JournalResumption{{1}, {0.5}, 1}};
+    machine.drift.emplace();
     std::set<std::string> written;
     const auto add = [&](const std::string& text) { collect_keys(nlohmann::json::parse(text), "", written); };
     Provenance of_mesh{"0123abcd"};
@@ -162,6 +163,7 @@ TEST(SessionFiles, EveryKeyOfASummaryIsDocumentedAndEveryDocumentedKeyIsWritten)
     const auto bare = nlohmann::json::parse(to_json(MachineRun{}, {}, 0.5, Provenance{"0123abcd"}));
     EXPECT_TRUE(bare.at("object").is_null());
     EXPECT_TRUE(bare.at("machine").at("datum").is_null());
+    EXPECT_FALSE(bare.at("machine").contains("drift"));
 }
 
 TEST(SessionFiles, EveryColumnOfTouchesIsDocumented) {

@@ -37,8 +37,9 @@ inline VirtualToolOptions axes() {
 // A virtual machine on a serial port, and the object that it hides.
 class PortMachine {
 public:
-    PortMachine(const fs::path& link, VirtualGrblOptions options = {}, const VirtualToolOptions& axes = palpate::axes())
-        : object_(ShapeSpec{SphereSpec{kRadius}}),
+    PortMachine(const fs::path& link, VirtualGrblOptions options = {}, const VirtualToolOptions& axes = palpate::axes(),
+                const ShapeSpec& shape = {SphereSpec{kRadius}})
+        : object_(shape),
           tool_(object_, axes),
           grbl_(tool_, with_home(std::move(options), axes)),
           host_(grbl_, {link, GrblHostOptions::Time::fast, false}) {}

@@ -1,5 +1,6 @@
 // palpate simulate: a run on a hidden object, and the truth about it.
 #include <fmt/format.h>
+#include <spdlog/spdlog.h>
 
 #include "config/reader.h"
 #include "config/writer.h"
@@ -25,6 +26,8 @@ ExitCode run(const SimulateCommand& command, Output& output) {
     const SessionFolder folder =
         SessionFolder::begin(command.folder, inputs_of(config, command.config), [&](std::string_view) { return command.force; });
     warn_of_false_reach(config, scene.object);
+    if (config.machine && config.machine->datum)
+        spdlog::warn("machine.datum: a simulation touches no datum and takes out no drift; `palpate vm` and `palpate probe` do");
     const std::string text = write_config(config, command.folder);
     // Before the run, in which the mesh file may change.
     const Provenance provenance = provenance_of(config, command.folder, digest(text), object_sha256(config));
@@ -36,7 +39,7 @@ ExitCode run(const SimulateCommand& command, Output& output) {
     const std::string summary = to_json(run, part, config.probing.epsilon, provenance);
     const std::string files = write_results(command.folder, run.result, part, provenance, summary, command.picture);
     signals.release();
-    tell_result(output, run.result, part, config.probing.epsilon, describe_truth(run), summary, command.folder,
+    tell_result(output, run.result, part, config.probing.epsilon, {"truth", describe_truth(run)}, summary, command.folder,
                 fmt::format("config.yaml, {}", files));
     return exit_code_of(run.result);
 }

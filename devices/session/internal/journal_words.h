@@ -11,6 +11,8 @@ namespace palpate {
 
 inline constexpr unsigned kJournalSchema = 2;  // it rises when a key goes or means something else; a further key is no change
 
+inline constexpr std::string_view kDatumWay = "way";
+
 inline constexpr std::array<std::pair<Pace, std::string_view>, 3> kPaceWords = {
     {{Pace::travel, "travel"}, {Pace::probe, "probe"}, {Pace::touch, "touch"}}};
 inline constexpr std::array<std::pair<MoveResult::Outcome, std::string_view>, 4> kOutcomeWords = {

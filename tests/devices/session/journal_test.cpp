@@ -66,6 +66,8 @@ JournalMove random_move(Random& random) {
         std::vector<MoveResult::Outcome>{MoveResult::Outcome::reached, MoveResult::Outcome::contact, MoveResult::Outcome::failed});
     move.result.position = place();
     move.rest = place();
+    if (random.below(3) == 0) move.datum = DatumMark{};
+    if (move.datum && random.below(2) == 0) move.datum->touch = random.below(4);
     for (std::size_t k = random.below(3); k > 0; --k) {
         move.result.events.push_back(
             {random.one_of(std::vector<DeviceEvent::Kind>{DeviceEvent::Kind::spurious_trigger, DeviceEvent::Kind::scattered_touch,
@@ -107,8 +109,8 @@ TEST_F(JournalFile, ResumptionsWithdrawalsAndTheEndAreRead) {
         JournalWriter writer = JournalWriter::create(file_, kHeader);
         for (int k = 0; k < 4; ++k) writer.append(random_move(random));
         writer.append_withdrawn(3);
-        writer.append(JournalResumption{{2, 1}, {0.0125, -0.5}, 2});
-        writer.append(JournalResumption{});
+        EXPECT_EQ(writer.append(JournalResumption{{2, 1}, {0.0125, -0.5}, 2, false, {{0.1, -2, 3}, {4, 5, 6e-7}}}), 6U);
+        EXPECT_EQ(writer.append(JournalResumption{}), 7U);
         writer.append(random_move(random));
         writer.append(JournalEnd{0.25, 1e3});
     }
@@ -116,7 +118,8 @@ TEST_F(JournalFile, ResumptionsWithdrawalsAndTheEndAreRead) {
     ASSERT_EQ(journal.moves.size(), 3U);
     EXPECT_EQ(journal.moves[1].line, 2U);
     EXPECT_EQ(journal.moves[2].line, 8U);
-    EXPECT_EQ(journal.resumptions, (std::vector<JournalResumption>{{{2, 1}, {0.0125, -0.5}, 2}, {}}));
+    EXPECT_EQ(journal.resumptions, (std::vector<JournalResumption>{{{2, 1}, {0.0125, -0.5}, 2, false, {{0.1, -2, 3}, {4, 5, 6e-7}}, 6},
+                                                                   {{}, {}, 0, false, {}, 7}}));
     EXPECT_EQ(journal.end, (JournalEnd{0.25, 1e3}));
 }
 
@@ -134,6 +137,10 @@ TEST(Journal, WhatTheLastTouchConfirmsEndsWithIt) {
     add(5, Outcome::reached);
     EXPECT_EQ(journal.confirmed_moves(), 3U);
     EXPECT_EQ(journal.rest_before(journal.confirmed_moves()), Point(3, 0, 1));
+    // A touch of the datum is part of a visit, which is made again.
+    add(6, Outcome::contact);
+    journal.moves.back().datum = DatumMark{0};
+    EXPECT_EQ(journal.confirmed_moves(), 3U);
 }
 
 TEST_F(JournalFile, ALastLineThatIsTornAnywhereIsDroppedAndCutOff) {
