@@ -136,6 +136,37 @@ TEST_F(PartResultTest, ThePartIsAMeshThatOthersRead) {
     EXPECT_THAT(describe(part->report), HasSubstr("mm² tip"));
 }
 
+TEST_F(PartResultTest, ItsPictureTellsWhatColoursMeanAndIsDrawnAgainFromItsMesh) {
+    const SessionConfig block = config();
+    const Simulation run = simulate(block, build_scene(block));
+    const auto part = part_of(run.result, block);
+    ASSERT_TRUE(part);
+    const PartSurface& surface = part->surface;
+    EXPECT_EQ(facet_tags_in(to_ply(surface, {})), surface.facet_tags);
+    EXPECT_TRUE(facet_tags_in(to_ply(run.result.mesh)).empty());
+    EXPECT_TRUE(facet_tags_in("ply\ncomment tag 0: tip\nelement face 2\nend_header\n3 0 1 2 0\n").empty()) << "cut off";
+    std::vector<std::string> told;
+    double percent = 0;
+    for (const LegendEntry& entry : legend_of(surface.mesh, surface.facet_tags)) {
+        told.push_back(entry.text.substr(0, entry.text.find(' ')));
+        if (told.back() != "fixture" && entry.text.find('<') == std::string::npos)
+            percent += std::stod(entry.text.substr(told.back().size()));
+    }
+    EXPECT_THAT(told, ::testing::IsSupersetOf({"tip", "fixture"}));
+    EXPECT_THAT(told, ::testing::Not(::testing::Contains("shadow")));
+    EXPECT_NEAR(percent, 100, 3);
+
+    (void)write_results(folder_, run.result, part, Provenance{}, "{}", {});
+    const auto read = [&] {
+        std::ifstream in(folder_ / kPictureFile, std::ios::binary);
+        return std::string{std::istreambuf_iterator<char>(in), std::istreambuf_iterator<char>()};
+    };
+    const std::string drawn = read();
+    std::filesystem::remove(folder_ / kPictureFile);
+    draw_session_picture(folder_, 'z');
+    EXPECT_EQ(read(), drawn);
+}
+
 TEST_F(PartResultTest, WithoutAToolThereIsNone) {
     SessionConfig block = config();
     const Simulation run = simulate(block, build_scene(block));
