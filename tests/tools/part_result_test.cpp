@@ -107,6 +107,43 @@ TEST_F(PartResultTest, TouchesAndSummaryTellOfThePart) {
     EXPECT_EQ(json["part"]["boundary_edges"], 0);
 }
 
+// A sphere in closed form: what the ball touched is exact, but for what the facets' width leaves of normals.
+TEST_F(PartResultTest, ASphereOnATableComesBack) {
+    SessionConfig sphere = read_config_text(
+        "object: {shape: {sphere: {radius: 6}, at: [0, 0, 6]}}\n"
+        "tool: {ball: {diameter: 2}, stylus: {diameter: 1.4, length: 40}}\n"
+        "workspace:\n"
+        "  box: {min: [-15, -15, -1], max: [15, 15, 20]}\n"
+        "  fixtures: [{table: {z: 0}}]\n"
+        "probing: {epsilon: 1.2}\n",
+        folder_ / "sphere.yaml");
+    const Simulation run = simulate(sphere, build_scene(sphere));
+    EXPECT_EQ(run.unsafe_moves, 0U);
+    ASSERT_TRUE(run.tool);
+    EXPECT_EQ(run.tool->moves_into_fixtures, 0U);
+    EXPECT_GT(run.tool->touches(ToolContact::Part::ball, ToolContact::Met::object), 100U);
+    EXPECT_GT(run.tool->touches(ToolContact::Part::stylus, ToolContact::Met::object), 50U) << "below its equator";
+    EXPECT_EQ(run.tool->touches(ToolContact::Part::ball, ToolContact::Met::fixture), 0U);
+    EXPECT_EQ(run.result.topology.euler_characteristic, 2);
+    EXPECT_TRUE(run.result.topology.is_closed_oriented_manifold());
+    const auto part = part_of(run.result, sphere);
+    ASSERT_TRUE(part);
+    std::size_t tips = 0;
+    std::size_t beyond = 0;
+    double farthest = 0;
+    for (const TouchedPoint& touched : part->touched) {
+        if (touched.tag != PartTag::tip) continue;
+        ++tips;
+        const double off = std::abs((touched.point - Point(0, 0, 6)).norm() - 6);
+        farthest = std::max(farthest, off);
+        beyond += off > touched.uncertainty + 1e-6 ? 1 : 0;
+    }
+    EXPECT_GT(tips, 100U);
+    EXPECT_LE(static_cast<double>(beyond), 0.01 * static_cast<double>(tips));
+    EXPECT_LT(farthest, 0.02);
+    EXPECT_GT(part->report.area.at(static_cast<std::size_t>(PartTag::shadow)), 50) << "straight below the equator";
+}
+
 TEST_F(PartResultTest, AnOpenPartEndsWhereItWasNotMeasured) {
     const SessionConfig closed = config();
     const SessionConfig open = config("results: {part: open}\n");
