@@ -132,12 +132,12 @@ std::vector<PartTag> facet_tags_in(const std::string& ply) {
     if (facets > ply.size()) return {};
     std::vector<PartTag> tags(facets);
     std::size_t line_end = ply.size();
-    for (auto tag = tags.rbegin(); tag != tags.rend(); ++tag) {
+    for (std::size_t k = facets; k-- > 0;) {
         const std::size_t space = ply.rfind(' ', line_end);
         if (space == std::string::npos || space < header) return {};
         const unsigned long number = std::strtoul(ply.c_str() + space, nullptr, 10);
         if (number >= kPartTags) return {};
-        *tag = static_cast<PartTag>(number);
+        tags[k] = static_cast<PartTag>(number);
         line_end = ply.rfind('\n', space);
     }
     return tags;

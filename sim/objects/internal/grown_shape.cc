@@ -10,7 +10,9 @@ namespace {
 
 TriangleMesh& with_growth(std::vector<GrownTriangles>& all, double by) {
     const auto same = std::ranges::find(all, by, &GrownTriangles::by);
-    return (same != all.end() ? *same : all.emplace_back(TriangleMesh{}, by)).triangles;
+    if (same != all.end()) return same->triangles;
+    all.push_back({TriangleMesh{}, by});
+    return all.back().triangles;
 }
 
 // A segment, or a point, as a triangle without area.

@@ -14,7 +14,7 @@ namespace palpate {
 namespace {
 
 constexpr double kSize = 0.019;     // of the picture's height: letters
-constexpr double kLeast_px = 5.0;   // nobody reads smaller ones
+constexpr double kLeastPx = 5.0;    // nobody reads smaller ones
 constexpr double kSwatch = 0.8;     // of the letters' size: a side
 constexpr double kSwatchGap = 0.4;  // between swatch and text
 constexpr double kEntryGap = 1.4;   // between entries
@@ -49,9 +49,9 @@ void blend(Picture& picture, int x, int y, const Colour& colour, float cover) {
 
 void draw_legend(Picture& picture, const std::vector<LegendEntry>& entries, double room_px) {
     if (entries.empty()) return;
-    Row row = row_of(entries, std::max(kLeast_px, kSize * picture.height_px));
+    Row row = row_of(entries, std::max(kLeastPx, kSize * picture.height_px));
     const double room = kFilled * picture.width_px;
-    if (row.width_px > room) row = row_of(entries, std::max(kLeast_px, std::floor(row.size_px * room / row.width_px)));
+    if (row.width_px > room) row = row_of(entries, std::max(kLeastPx, std::floor(row.size_px * room / row.width_px)));
 
     const double middle = picture.height_px - 0.5 * room_px;
     const int side = static_cast<int>(std::lround(kSwatch * row.size_px));

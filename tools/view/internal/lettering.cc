@@ -12,8 +12,8 @@
 #include <stdexcept>
 
 // tools/view/internal/font.S
-extern "C" const unsigned char palpate_font_begin[];
-extern "C" const unsigned char palpate_font_end[];
+extern "C" const unsigned char kPalpateFontBegin[];
+extern "C" const unsigned char kPalpateFontEnd[];
 
 namespace palpate {
 
@@ -33,7 +33,7 @@ public:
         require(FT_Init_FreeType(&library));
         library_.reset(library);
         FT_Face face = nullptr;
-        require(FT_New_Memory_Face(library, palpate_font_begin, palpate_font_end - palpate_font_begin, 0, &face));
+        require(FT_New_Memory_Face(library, kPalpateFontBegin, kPalpateFontEnd - kPalpateFontBegin, 0, &face));
         face_.reset(face);
         constexpr FT_UInt kPointsPerInch = 72;  // a point is a pixel
         require(FT_Set_Char_Size(face, 0, std::max<FT_F26Dot6>(1, std::lround(size_px * kFixed)), kPointsPerInch, kPointsPerInch));
@@ -47,7 +47,7 @@ public:
         return ascent_px() + static_cast<int>(std::ceil(-static_cast<double>(face()->size->metrics.descender) / kFixed));
     }
     // Its bitmap is in the face's slot until the next one.
-    const FT_GlyphSlotRec_& draw(char32_t letter) const {
+    [[nodiscard]] const FT_GlyphSlotRec_& draw(char32_t letter) const {
         require(FT_Load_Char(face(), letter, FT_LOAD_RENDER | FT_LOAD_NO_HINTING));
         return *face()->glyph;
     }
