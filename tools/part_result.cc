@@ -2,9 +2,12 @@
 
 #include <fmt/format.h>
 
+#include <Eigen/Geometry>
 #include <algorithm>
 #include <cmath>
+#include <cstdlib>
 #include <iterator>
+#include <numeric>
 
 #include "planner/part/traced_surface.h"
 #include "tools/session_files.h"
@@ -17,6 +20,9 @@ constexpr std::array<PartTag, kPartTags> kTags{PartTag::tip,     PartTag::shadow
 
 // A touch is farther off than so many RMS of what a calibration leaves once in 370 times.
 constexpr double kOfRms = 3.0;
+
+// A line of the PLY file's header.
+std::string tag_comment(PartTag tag) { return fmt::format("comment tag {}: {}\n", static_cast<int>(tag), name_of(tag)); }
 
 }  // namespace
 
@@ -63,11 +69,30 @@ TagColour colour_of(PartTag tag) {
     return {};
 }
 
+std::vector<LegendEntry> legend_of(const TriangleMesh& mesh, const std::vector<PartTag>& facet_tags) {
+    std::array<double, kPartTags> area{};
+    for (std::size_t k = 0; k < facet_tags.size(); ++k) {
+        const auto& [a, b, c] = mesh.triangles[k];
+        const Point& p = mesh.points[a];
+        area.at(static_cast<std::size_t>(facet_tags[k])) += 0.5 * (mesh.points[b] - p).cross(mesh.points[c] - p).norm();
+    }
+    const double of_part = std::accumulate(area.begin(), area.end(), 0.0) - area.at(static_cast<std::size_t>(PartTag::fixture));
+    std::vector<LegendEntry> legend;
+    for (const PartTag tag : kTags) {
+        const double own = area.at(static_cast<std::size_t>(tag));
+        if (!(own > 0)) continue;
+        const double percent = 100 * own / of_part;
+        const std::string share = percent < 1 ? "< 1" : fmt::format("{:.0f}", percent);
+        legend.push_back({colour_of(tag), tag == PartTag::fixture ? name_of(tag) : fmt::format("{} {} %", name_of(tag), share)});
+    }
+    return legend;
+}
+
 std::string to_ply(const PartSurface& part, const std::vector<std::string>& comments) {
     std::string text = "ply\nformat ascii 1.0\n";
     const auto out = std::back_inserter(text);
     for (const std::string& comment : comments) fmt::format_to(out, "comment {}\n", comment);
-    for (const PartTag tag : kTags) fmt::format_to(out, "comment tag {}: {}\n", static_cast<int>(tag), name_of(tag));
+    for (const PartTag tag : kTags) text += tag_comment(tag);
     fmt::format_to(out,
                    "element vertex {}\n"
                    "property double x\nproperty double y\nproperty double z\n"
@@ -93,6 +118,29 @@ std::string to_ply(const PartSurface& part, const std::vector<std::string>& comm
         fmt::format_to(out, "3 {} {} {} {}\n", a, b, c, static_cast<int>(part.facet_tags[k]));
     }
     return text;
+}
+
+std::vector<PartTag> facet_tags_in(const std::string& ply) {
+    const std::string end = "end_header\n";
+    const std::size_t header = ply.find(end);
+    if (header == std::string::npos || ply.find(fmt::format("\n{}", tag_comment(PartTag::tip))) > header) return {};
+    // Tags are the last numbers of the last lines, one for each triangle.
+    const std::string counted = "\nelement face ";
+    const std::size_t count = ply.find(counted);
+    if (count > header) return {};
+    const unsigned long facets = std::strtoul(ply.c_str() + count + counted.size(), nullptr, 10);
+    if (facets > ply.size()) return {};
+    std::vector<PartTag> tags(facets);
+    std::size_t line_end = ply.size();
+    for (std::size_t k = facets; k-- > 0;) {
+        const std::size_t space = ply.rfind(' ', line_end);
+        if (space == std::string::npos || space < header) return {};
+        const unsigned long number = std::strtoul(ply.c_str() + space, nullptr, 10);
+        if (number >= kPartTags) return {};
+        tags[k] = static_cast<PartTag>(number);
+        line_end = ply.rfind('\n', space);
+    }
+    return tags;
 }
 
 std::string to_csv(const std::vector<Touch>& touches, const PartResult& part) {

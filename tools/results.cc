@@ -2,6 +2,8 @@
 
 #include <fmt/format.h>
 
+#include <fstream>
+#include <iterator>
 #include <nlohmann/json.hpp>
 #include <ostream>
 
@@ -33,11 +35,12 @@ void draw_samples(const std::filesystem::path& folder, const TriangleMesh& mesh,
     write_file(folder / kPictureFile, to_png(draw_picture(mesh, mesh.points, picture_options(up))));
 }
 
-// Of the part: its triangles in the colours of their tags.
-void draw_part(const std::filesystem::path& folder, const PartSurface& part, char up) {
+// Of the part: its triangles in the colours of their tags, and which is which.
+void draw_part(const std::filesystem::path& folder, const TriangleMesh& mesh, const std::vector<PartTag>& facet_tags, char up) {
     PictureOptions options = picture_options(up);
-    for (const PartTag tag : part.facet_tags) options.triangle_colours.push_back(colour_of(tag));
-    write_file(folder / kPictureFile, to_png(draw_picture(part.mesh, {}, options)));
+    for (const PartTag tag : facet_tags) options.triangle_colours.push_back(colour_of(tag));
+    options.legend = legend_of(mesh, facet_tags);
+    write_file(folder / kPictureFile, to_png(draw_picture(mesh, {}, options)));
 }
 
 void list_places(std::ostream& out, const char* kind, const std::vector<BadPlace>& places) {
@@ -71,11 +74,16 @@ std::string write_results(const std::filesystem::path& folder, const Result& res
         std::filesystem::remove(folder / kPictureFile, ignored);
         return names;
     }
-    part ? draw_part(folder, part->surface, picture.up) : draw_samples(folder, result.mesh, picture.up);
+    part ? draw_part(folder, part->surface.mesh, part->surface.facet_tags, picture.up) : draw_samples(folder, result.mesh, picture.up);
     return fmt::format("{}, {}", names, kPictureFile);
 }
 
-void draw_session_picture(const std::filesystem::path& folder, char up) { draw_samples(folder, read_triangles(folder / kMeshFile), up); }
+void draw_session_picture(const std::filesystem::path& folder, char up) {
+    const TriangleMesh mesh = read_triangles(folder / kMeshFile);
+    std::ifstream in(folder / kMeshFile, std::ios::binary);
+    const std::vector<PartTag> tags = facet_tags_in({std::istreambuf_iterator<char>(in), std::istreambuf_iterator<char>()});
+    tags.size() == mesh.triangles.size() ? draw_part(folder, mesh, tags, up) : draw_samples(folder, mesh, up);
+}
 
 void print_result(const Result& r, const std::optional<PartResult>& part, double epsilon, const ResultLine& besides, std::ostream& out,
                   int columns) {

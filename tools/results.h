@@ -23,7 +23,8 @@ struct PictureChoice {
 [[nodiscard]] std::string write_results(const std::filesystem::path& folder, const Result& result, const std::optional<PartResult>& part,
                                         const Provenance& provenance, const std::string& summary, const PictureChoice& picture);
 
-// Draws picture.png of a session again, from its mesh.ply. Throws ObjectError if that is no mesh of triangles, OutputError.
+// Draws picture.png of a session again, from its mesh.ply and the tags in it. Throws ObjectError if that is no mesh of triangles,
+// OutputError.
 void draw_session_picture(const std::filesystem::path& folder, char up);
 
 // What only some runs have to tell, as a line of its own: a simulation the truth, a machine how it drifted.

@@ -323,7 +323,9 @@ bool ProbeHead::touch_again(const KnownPlace& place) {
     if (const auto chord = surroundings_.unknown_part(from, direction))
         target = from + std::min((target - from).norm(), chord->high) * direction;
     if (const auto known = surroundings_.first_known({from, target})) target = known->at;
-    const ProbeAnswer answer = oracle_.probe(target);
+    ProbeAnswer answer = oracle_.probe(target);
+    // What vanishes is no contact, and no sign of a dead probe either: it triggered.
+    for (int again = 0; answer.outcome == ProbeAnswer::Outcome::vanished && again < kMaxVanished; ++again) answer = oracle_.probe(target);
     note_check(answer, place.from);
     cost_.probing += (answer.position - from).norm();
     const bool is_shown = answer.outcome == ProbeAnswer::Outcome::contact;

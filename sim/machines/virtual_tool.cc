@@ -99,9 +99,31 @@ void VirtualTool::draw_errors() {
 double VirtualTool::earliness() const {
     const std::vector<Stretch>& stretches = motion_->stretches;
     const auto entry = std::ranges::find_if(stretches, [](const Stretch& s) { return s.inside; });
-    if (entry == stretches.end() || entry + 1 == stretches.end()) return 0.0;
+    if (entry == stretches.end()) return 0.0;
+    if (entry + 1 == stretches.end()) return entry == stretches.begin() && input_->is_touching() ? easing() : 0.0;
     const Vector normal = obstacle_.normal(motion_->at(entry->to), -motion_->direction);
     return std::max(0.0, options_.errors.pretravel(normal, motion_->direction.dot(normal)));
+}
+
+double VirtualTool::easing() const {
+    const double length = motion_->whole();
+    const auto depth = [&](double distance) { return obstacle_.depth(motion_->at(distance)); };
+    constexpr double kStep = 1e-4;  // mm: tells where it is deeper
+    const Point end = motion_->target();
+    Vector inwards;
+    for (int i = 0; i < 3; ++i)
+        inwards[i] = obstacle_.depth(end + kStep * Vector::Unit(i)) - obstacle_.depth(end - kStep * Vector::Unit(i));
+    if (inwards.isZero(0)) return 0.0;
+    const double pressed = options_.errors.pretravel(-inwards.normalized());
+    if (depth(length) >= pressed) return 0.0;
+    double closed = 0.0;
+    double open = length;
+    if (depth(0.0) < pressed) return length;
+    while (open - closed > kArrived) {
+        const double middle = 0.5 * (closed + open);
+        (depth(middle) < pressed ? open : closed) = middle;
+    }
+    return length - open;
 }
 
 // It touches, and was not pressed so far that the probe closed.

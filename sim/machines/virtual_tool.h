@@ -136,6 +136,9 @@ private:
     // mm: so far behind the place where the way enters the solid the probe closes; so far before it comes out it opens.
     [[nodiscard]] double lateness();
     [[nodiscard]] double earliness() const;
+    // The same before the end of a way on which a tool that is pressed eases and does not come out: there it is pressed no farther than its
+    // pre-travel any more. 0 where it is to the end.
+    [[nodiscard]] double easing() const;
 
     const Obstacle& obstacle_;
     VirtualToolOptions options_;

@@ -3,7 +3,7 @@
 #include <algorithm>
 #include <cmath>
 
-#include "sim/objects/internal/flat_shape.h"
+#include "sim/objects/internal/grown_shape.h"
 
 namespace palpate {
 namespace {
@@ -18,12 +18,12 @@ Object made(const ObjectSpec& spec) {
 }  // namespace
 
 HiddenObject::HiddenObject(const ObjectSpec& spec) : object_(made(spec)) {
-    if (const auto* shape = std::get_if<ShapeSpec>(&spec)) flat_ = triangles_of(*shape);
+    if (const auto* shape = std::get_if<ShapeSpec>(&spec)) grown_ = grown_triangles_of(*shape);
 }
 
-const TriangleMesh* HiddenObject::triangles() const {
-    if (const auto* mesh = std::get_if<MeshObject>(&object_)) return &mesh->mesh();
-    return flat_ ? &*flat_ : nullptr;
+std::vector<GrownTriangles> HiddenObject::grown_triangles() const {
+    if (const auto* mesh = std::get_if<MeshObject>(&object_)) return {{mesh->mesh(), 0.0}};
+    return grown_;
 }
 
 std::optional<Point> HiddenObject::first_hit(const Segment& segment) const {

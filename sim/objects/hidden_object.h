@@ -6,6 +6,7 @@
 #include <variant>
 #include <vector>
 
+#include "sim/objects/grown_triangles.h"
 #include "sim/objects/mesh/mesh_object.h"
 #include "sim/objects/object_spec.h"
 #include "sim/objects/obstacle.h"
@@ -32,8 +33,9 @@ public:
     [[nodiscard]] const Box& bounds() const;
     // Diagonal of the bounds or distance of their farthest corner from the origin, whichever is larger.
     [[nodiscard]] double scale() const override;
-    // Triangles that bound it exactly, counter-clockwise seen from outside; none where it is curved.
-    [[nodiscard]] const TriangleMesh* triangles() const;
+    // What bounds it exactly, without what they enclose; those that are not grown are counter-clockwise seen from outside. Empty where
+    // there is no such description: of an ellipsoid, a torus, genus2.
+    [[nodiscard]] std::vector<GrownTriangles> grown_triangles() const;
     [[nodiscard]] int euler_characteristic() const;
     [[nodiscard]] int components() const;
     [[nodiscard]] std::optional<double> reach() const;  // mm; nothing for a mesh
@@ -42,7 +44,7 @@ public:
 
 private:
     std::variant<Shape, MeshObject> object_;
-    std::optional<TriangleMesh> flat_;  // of a shape
+    std::vector<GrownTriangles> grown_;  // of a shape
 };
 
 }  // namespace palpate

@@ -13,10 +13,14 @@ TriangleMesh mesh_of(const std::vector<Box>& boxes) {
     return mesh;
 }
 
+// Around what has grown the tool's part grows instead.
+Capsule grown(const Capsule& capsule, double by) { return {capsule.core, capsule.radius + by}; }
+
 }  // namespace
 
-ToolWorld::ToolWorld(const TriangleMesh& object, const std::vector<HalfSpace>& half_spaces, const std::vector<Box>& boxes)
-    : object_(object), half_spaces_(half_spaces) {
+ToolWorld::ToolWorld(const std::vector<GrownTriangles>& object, const std::vector<HalfSpace>& half_spaces, const std::vector<Box>& boxes)
+    : half_spaces_(half_spaces) {
+    for (const GrownTriangles& part : object) object_.push_back({TriangleTree(part.triangles), part.by});
     if (!boxes.empty()) boxes_.emplace(mesh_of(boxes));
 }
 
@@ -27,7 +31,9 @@ std::optional<ToolContact> ToolWorld::first_contact(const ToolShape& tool, const
     };
     for (const auto& [part, offset, capsule] : parts_of(tool)) {
         const Segment moved{move.source + offset, move.target + offset};
-        note(object_.first_contact(capsule, moved), part, ToolContact::Met::object);
+        for (const Grown& of_object : object_) {
+            note(of_object.tree.first_contact(grown(capsule, of_object.by), moved), part, ToolContact::Met::object);
+        }
         if (boxes_) note(boxes_->first_contact(capsule, moved), part, ToolContact::Met::fixture);
         for (const HalfSpace& half : half_spaces_) {
             note(first_contact_with_half_space(half.normal, half.normal.dot(half.point), capsule, moved), part, ToolContact::Met::fixture);
@@ -40,7 +46,7 @@ std::vector<Interval> ToolWorld::contacts(const ToolShape& tool, const Segment& 
     Cover cover;
     for (const auto& [part, offset, capsule] : parts_of(tool)) {
         const Segment moved{move.source + offset, move.target + offset};
-        object_.add_contacts(capsule, moved, cover);
+        for (const Grown& of_object : object_) of_object.tree.add_contacts(grown(capsule, of_object.by), moved, cover);
         if (boxes_) boxes_->add_contacts(capsule, moved, cover);
         for (const HalfSpace& half : half_spaces_) {
             const double height = half.normal.dot(half.point);

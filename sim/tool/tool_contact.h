@@ -8,6 +8,7 @@
 #include "planner/fixtures.h"
 #include "planner/geometry.h"
 #include "planner/tool_shape.h"
+#include "sim/objects/grown_triangles.h"
 #include "sim/objects/triangle_tree.h"
 
 namespace palpate {
@@ -24,8 +25,8 @@ struct ToolContact {
 // Const queries may run at the same time on several threads.
 class ToolWorld {
 public:
-    // Solids by their boundaries: triangles of the object, half-spaces and boxes of the fixtures.
-    ToolWorld(const TriangleMesh& object, const std::vector<HalfSpace>& half_spaces, const std::vector<Box>& boxes);
+    // Solids by their boundaries: grown triangles of the object, half-spaces and boxes of the fixtures.
+    ToolWorld(const std::vector<GrownTriangles>& object, const std::vector<HalfSpace>& half_spaces, const std::vector<Box>& boxes);
 
     // Throws std::invalid_argument on a tool without a ball, or with a stylus that is thicker than that.
     // Nothing if the tool, whose reference point makes that move, meets nothing; at 0 if something is in the tool where it begins. What
@@ -36,7 +37,12 @@ public:
     [[nodiscard]] std::vector<Interval> contacts(const ToolShape& tool, const Segment& move) const;
 
 private:
-    TriangleTree object_;
+    struct Grown {
+        TriangleTree tree;
+        double by;  // mm
+    };
+
+    std::vector<Grown> object_;
     std::vector<HalfSpace> half_spaces_;
     std::optional<TriangleTree> boxes_;
 };

@@ -15,13 +15,23 @@ namespace {
 
 constexpr int kPlaces = static_cast<int>(1 / ToolDepths::kSpacing);
 
-// What an axis is measured against. No tree: nothing but points is asked for.
+struct GrownTree {
+    TriangleTree tree;
+    double by;  // mm
+};
+
+// What an axis is measured against. No trees: nothing but points is asked for.
 struct ObjectSolid {
     const HiddenObject& object;
-    std::optional<TriangleTree> tree;
+    std::vector<GrownTree> trees;
 
+    // Below 0: as deep as the axis is at least.
     [[nodiscard]] std::optional<double> distance(const Parallelogram& swept, double within) const {
-        if (tree) return tree->distance(swept, within);
+        std::optional<double> nearest;
+        for (const auto& [tree, by] : trees) {
+            if (const auto gap = tree.distance(swept, within + by)) nearest = std::min(nearest.value_or(within), *gap - by);
+        }
+        if (!trees.empty()) return nearest;
         // A point on its way along v.
         if (swept.v.isZero(0)) return std::nullopt;
         return object.crossings({swept.corner, swept.corner + swept.v}).empty() ? std::nullopt : std::optional(0.0);
@@ -61,7 +71,7 @@ double depth_at(const ToolPart& part, const Solid& solid, const Point& p) {
     const double radius = part.capsule.radius;
     const std::optional<double> gap = solid.distance(axis, radius);
     double depth = gap ? radius - *gap : 0.0;
-    const bool enters = gap == 0.0;
+    const bool enters = gap && *gap <= 0.0;
     if (!enters && solid.inner(axis.corner) == 0.0) return depth;  // all of the axis is outside
     const int places = axis.u.isZero(0) ? 0 : kPlaces;
     for (int k = 0; k <= places; ++k) {
@@ -76,7 +86,7 @@ double depth_along(const ToolPart& part, const Solid& solid, const Segment& move
     const Parallelogram swept{move.source + part.offset, part.capsule.core, move.target - move.source};
     const double radius = part.capsule.radius;
     const std::optional<double> gap = solid.distance(swept, radius);
-    const bool enters = gap == 0.0;
+    const bool enters = gap && *gap <= 0.0;
     if (!enters && solid.inner(swept.corner) == 0.0) return gap ? radius - *gap : 0.0;
     double depth = gap ? radius - *gap : 0.0;
     for (int k = 0; k <= kPlaces; ++k) {
@@ -124,9 +134,11 @@ struct ToolDepths::Impl {
 };
 
 ToolDepths::ToolDepths(const HiddenObject& object, const std::optional<ToolShape>& tool, const std::vector<Fixture>& fixtures) {
-    if (tool && object.triangles() == nullptr) throw std::invalid_argument("a tool with a body needs an object that triangles bound");
-    auto impl = std::make_unique<Impl>(Impl{{object, std::nullopt}, {}, half_spaces_of(fixtures), {}, !tool});
-    if (tool) impl->object.tree.emplace(*object.triangles());
+    auto impl = std::make_unique<Impl>(Impl{{object, {}}, {}, half_spaces_of(fixtures), {}, !tool});
+    if (tool) {
+        for (const GrownTriangles& part : object.grown_triangles()) impl->object.trees.push_back({TriangleTree(part.triangles), part.by});
+        if (impl->object.trees.empty()) throw std::invalid_argument("a tool with a body needs an object that grown triangles bound");
+    }
     for (const Box& box : boxes_of(fixtures)) impl->boxes.emplace_back(box);
     impl->parts = tool ? parts_of(*tool) : std::vector<ToolPart>{ToolPart{}};
     impl_ = std::move(impl);

@@ -24,8 +24,8 @@ struct ToolDepth {
 // Const queries may run at the same time on several threads.
 class ToolDepths {
 public:
-    // `object` must outlive this. No tool: a point. Throws std::invalid_argument on a tool with a body if triangles do not bound the object
-    // (HiddenObject::triangles), and on what is no tool.
+    // `object` must outlive this. No tool: a point. Throws std::invalid_argument on a tool with a body if grown triangles do not bound the
+    // object (HiddenObject::grown_triangles), and on what is no tool.
     ToolDepths(const HiddenObject& object, const std::optional<ToolShape>& tool, const std::vector<Fixture>& fixtures);
     ~ToolDepths();
     ToolDepths(ToolDepths&&) noexcept;

@@ -41,10 +41,11 @@ Box grown(const Box& box, const ToolPart& part) {
 }
 
 ToolDepths depths_of(const HiddenObject& object, const std::optional<ToolShape>& tool, const std::vector<Fixture>& fixtures) {
-    if (tool && object.triangles() == nullptr) {
+    if (tool && object.grown_triangles().empty()) {
         throw ObjectError(
-            "object: a tool with a body is simulated on what triangles bound exactly, and this shape is curved; give a mesh (object.mesh), "
-            "a rounded_box with fillet 0, or leave out tool");
+            "object: with a tool that has a body, meshes, spheres, capsules, rounded boxes and unions of these are simulated, and this "
+            "shape "
+            "is, or contains, an ellipsoid, a torus or a genus2; give one of those, or leave out tool");
     }
     return {object, tool, fixtures};
 }
@@ -110,7 +111,7 @@ ToolObstacle::ToolObstacle(const HiddenObject& object, const std::optional<ToolS
                                             object.bounds(),
                                             object.scale()});
     if (tool) {
-        impl->world.emplace(*object.triangles(), impl->half_spaces, impl->boxes);
+        impl->world.emplace(object.grown_triangles(), impl->half_spaces, impl->boxes);
         for (const ToolPart& part : parts_of(*tool)) {
             const Box box = grown(object.bounds(), part);
             impl->bounds = {impl->bounds.min.cwiseMin(box.min), impl->bounds.max.cwiseMax(box.max)};

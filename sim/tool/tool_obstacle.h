@@ -16,9 +16,9 @@ namespace palpate {
 // Fixtures are where they are given, not grown by a clearance. Const queries may run at the same time on several threads.
 class ToolObstacle final : public Obstacle {
 public:
-    // `object` must outlive this. No tool: a point. Throws ObjectError on a tool with a body if triangles do not bound the object: curved
-    // shapes have no closed form with every tool. Throws std::invalid_argument on a tool without a ball, or with a stylus thicker than
-    // that.
+    // `object` must outlive this. No tool: a point. Throws ObjectError on a tool with a body if grown triangles do not bound the object:
+    // ellipsoids, tori and genus2 have no closed form with every tool. Throws std::invalid_argument on a tool without a ball, or with a
+    // stylus thicker than that.
     ToolObstacle(const HiddenObject& object, const std::optional<ToolShape>& tool, const std::vector<Fixture>& fixtures);
     ~ToolObstacle() override;
     ToolObstacle(ToolObstacle&&) noexcept;

@@ -503,6 +503,31 @@ TEST_F(MachineSession, FalseTriggersAndBouncesLeaveTheTopologyAsItIs) {
     EXPECT_GT(false_triggers, 0);
 }
 
+// Moves that meet nothing may end where the probe is pressed less than its pre-travel; a way back there has to find it open again.
+TEST_F(MachineSession, PreTravelAndPlayOfTheAxesEndNoSession) {
+    std::ofstream(folder_ / "torus.yaml") << "object: {shape: {torus: {major: 20, minor: 8}}}\n"
+                                             "machine:\n  grbl: {port: "
+                                          << port().string()
+                                          << "}\n  homing: run\n  origin: [-150, -100, -60]\n"
+                                             "  limits: {min: [-40, -40, -15], max: [40, 40, 40]}\n"
+                                             "  noise: 0.12\n  touch: {tolerance: 0.05}\n"
+                                             "workspace: {box: {min: [-31, -31, -11], max: [31, 31, 11]}}\n"
+                                             "probing: {epsilon: 4, strategy: adaptive}\n"
+                                             "simulation: {errors: {lobes: 0.04, backlash: [0.01, 0.01, 0.01]}}\n";
+    fs::create_directory(folder_ / "vm");
+    Process vm(folder_ / "vm", {"vm", "../torus.yaml", "--grbl", port().string(), "--fast", "--locked", "--audit", "audit"});
+    for (int k = 0; k < 500 && !fs::exists(port()); ++k) std::this_thread::sleep_for(20ms);
+    EXPECT_EQ(run({"probe", "torus.yaml", "-o", "torus", "--yes"}), 0) << read("out.txt");
+    vm.send(SIGINT);
+    EXPECT_EQ(vm.wait(), 0);
+    const auto audit = nlohmann::json::parse(read("vm/audit"));
+    for (const char* count : {"unguarded_moves", "outside_limits", "unsafe_moves", "fast_moves_inside"})
+        EXPECT_EQ(audit.at(count), 0) << count;
+    const auto summary = nlohmann::json::parse(read("torus/summary.json"));
+    EXPECT_EQ(summary.at("euler_characteristic"), 0);
+    EXPECT_EQ(summary.at("boundary_edges"), 0);
+}
+
 TEST_F(MachineSession, NothingMovesWithoutConsent) {
     PortMachine machine(port());
     EXPECT_EQ(run({"probe", "part.yaml", "-o", "unasked"}), 2);

@@ -107,6 +107,43 @@ TEST_F(PartResultTest, TouchesAndSummaryTellOfThePart) {
     EXPECT_EQ(json["part"]["boundary_edges"], 0);
 }
 
+// A sphere in closed form: what the ball touched is exact, but for what the facets' width leaves of normals.
+TEST_F(PartResultTest, ASphereOnATableComesBack) {
+    SessionConfig sphere = read_config_text(
+        "object: {shape: {sphere: {radius: 6}, at: [0, 0, 6]}}\n"
+        "tool: {ball: {diameter: 2}, stylus: {diameter: 1.4, length: 40}}\n"
+        "workspace:\n"
+        "  box: {min: [-15, -15, -1], max: [15, 15, 20]}\n"
+        "  fixtures: [{table: {z: 0}}]\n"
+        "probing: {epsilon: 1.2}\n",
+        folder_ / "sphere.yaml");
+    const Simulation run = simulate(sphere, build_scene(sphere));
+    EXPECT_EQ(run.unsafe_moves, 0U);
+    ASSERT_TRUE(run.tool);
+    EXPECT_EQ(run.tool->moves_into_fixtures, 0U);
+    EXPECT_GT(run.tool->touches(ToolContact::Part::ball, ToolContact::Met::object), 100U);
+    EXPECT_GT(run.tool->touches(ToolContact::Part::stylus, ToolContact::Met::object), 50U) << "below its equator";
+    EXPECT_EQ(run.tool->touches(ToolContact::Part::ball, ToolContact::Met::fixture), 0U);
+    EXPECT_EQ(run.result.topology.euler_characteristic, 2);
+    EXPECT_TRUE(run.result.topology.is_closed_oriented_manifold());
+    const auto part = part_of(run.result, sphere);
+    ASSERT_TRUE(part);
+    std::size_t tips = 0;
+    std::size_t beyond = 0;
+    double farthest = 0;
+    for (const TouchedPoint& touched : part->touched) {
+        if (touched.tag != PartTag::tip) continue;
+        ++tips;
+        const double off = std::abs((touched.point - Point(0, 0, 6)).norm() - 6);
+        farthest = std::max(farthest, off);
+        beyond += off > touched.uncertainty + 1e-6 ? 1 : 0;
+    }
+    EXPECT_GT(tips, 100U);
+    EXPECT_LE(static_cast<double>(beyond), 0.01 * static_cast<double>(tips));
+    EXPECT_LT(farthest, 0.02);
+    EXPECT_GT(part->report.area.at(static_cast<std::size_t>(PartTag::shadow)), 50) << "straight below the equator";
+}
+
 TEST_F(PartResultTest, AnOpenPartEndsWhereItWasNotMeasured) {
     const SessionConfig closed = config();
     const SessionConfig open = config("results: {part: open}\n");
@@ -134,6 +171,37 @@ TEST_F(PartResultTest, ThePartIsAMeshThatOthersRead) {
     EXPECT_EQ(traced.triangles, run.result.mesh.triangles);
     EXPECT_THAT(to_ply(part->surface, {"one"}), StartsWith("ply\nformat ascii 1.0\ncomment one\ncomment tag 0: tip\n"));
     EXPECT_THAT(describe(part->report), HasSubstr("mm² tip"));
+}
+
+TEST_F(PartResultTest, ItsPictureTellsWhatColoursMeanAndIsDrawnAgainFromItsMesh) {
+    const SessionConfig block = config();
+    const Simulation run = simulate(block, build_scene(block));
+    const auto part = part_of(run.result, block);
+    ASSERT_TRUE(part);
+    const PartSurface& surface = part->surface;
+    EXPECT_EQ(facet_tags_in(to_ply(surface, {})), surface.facet_tags);
+    EXPECT_TRUE(facet_tags_in(to_ply(run.result.mesh)).empty());
+    EXPECT_TRUE(facet_tags_in("ply\ncomment tag 0: tip\nelement face 2\nend_header\n3 0 1 2 0\n").empty()) << "cut off";
+    std::vector<std::string> told;
+    double percent = 0;
+    for (const LegendEntry& entry : legend_of(surface.mesh, surface.facet_tags)) {
+        told.push_back(entry.text.substr(0, entry.text.find(' ')));
+        if (told.back() != "fixture" && entry.text.find('<') == std::string::npos)
+            percent += std::stod(entry.text.substr(told.back().size()));
+    }
+    EXPECT_THAT(told, ::testing::IsSupersetOf({"tip", "fixture"}));
+    EXPECT_THAT(told, ::testing::Not(::testing::Contains("shadow")));
+    EXPECT_NEAR(percent, 100, 3);
+
+    (void)write_results(folder_, run.result, part, Provenance{}, "{}", {});
+    const auto read = [&] {
+        std::ifstream in(folder_ / kPictureFile, std::ios::binary);
+        return std::string{std::istreambuf_iterator<char>(in), std::istreambuf_iterator<char>()};
+    };
+    const std::string drawn = read();
+    std::filesystem::remove(folder_ / kPictureFile);
+    draw_session_picture(folder_, 'z');
+    EXPECT_EQ(read(), drawn);
 }
 
 TEST_F(PartResultTest, WithoutAToolThereIsNone) {

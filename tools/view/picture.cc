@@ -19,6 +19,7 @@
 #include "tools/view/internal/fragments.h"
 #include "tools/view/internal/irradiance_cache.h"
 #include "tools/view/internal/item_buffer.h"
+#include "tools/view/internal/legend.h"
 #include "tools/view/internal/lights.h"
 #include "tools/view/internal/screen.h"
 #include "tools/view/internal/seen_mesh.h"
@@ -229,7 +230,9 @@ void check(const TriangleMesh& mesh, std::span<const Point> touches, const Pictu
 
 Picture draw_picture(const TriangleMesh& mesh, std::span<const Point> touches, const PictureOptions& options) {
     check(mesh, touches, options);
-    return Painter(mesh, touches, options).paint();
+    Picture picture = Painter(mesh, touches, options).paint();
+    draw_legend(picture, options.legend, options.margin * options.height_px);
+    return picture;
 }
 
 }  // namespace palpate

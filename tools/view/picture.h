@@ -4,11 +4,18 @@
 #include <array>
 #include <cstdint>
 #include <span>
+#include <string>
 #include <vector>
 
 #include "planner/geometry.h"
 
 namespace palpate {
+
+// What a colour means.
+struct LegendEntry {
+    std::array<std::uint8_t, 3> colour{};  // sRGB
+    std::string text{};                    // UTF-8
+};
 
 struct PictureOptions {
     Vector view_direction{1.0, -1.8, 1.0};  // from the object towards the viewer; any length > 0
@@ -21,7 +28,8 @@ struct PictureOptions {
     bool edges = true;        // fine dark lines along the triangles' edges; they fade where triangles are tiny
     bool ground = true;       // a soft shadow on a floor below the mesh, where the view is from above
     std::vector<std::array<std::uint8_t, 3>> triangle_colours{};  // sRGB, by triangle; none: all the same
-    double touch_radius = 0.13;  // of the median length of edges, ≥ 0: touches are balls around their points, never large ones
+    std::vector<LegendEntry> legend{};  // in a row in the lower margin; it gets smaller letters than usual where they would not fit
+    double touch_radius = 0.13;         // of the median length of edges, ≥ 0: touches are balls around their points, never large ones
 };
 
 struct Picture {

@@ -34,7 +34,7 @@ std::vector<Stretch> felt_of(std::vector<Stretch> stretches, double late, double
     if (entry == stretches.end()) return stretches;
     const bool comes_out = entry + 1 != stretches.end();
     const double from = std::max(entry->from + late, entry == stretches.begin() ? 0.0 : (entry - 1)->from);
-    const double to = comes_out ? entry->to - early : entry->to;
+    const double to = entry->to - early;
     std::vector<Stretch> felt(stretches.begin(), entry);
     const auto append = [&](double end, bool inside) {
         if (!felt.empty() && felt.back().inside == inside) {
@@ -48,7 +48,7 @@ std::vector<Stretch> felt_of(std::vector<Stretch> stretches, double late, double
         if (felt.empty() && from > 0.0) append(from, false);
         append(to, true);
     }
-    if (comes_out || from >= to) append(entry->to, false);
+    if (comes_out || early > 0.0 || from >= to) append(entry->to, false);
     std::for_each(entry + 1, stretches.end(), [&](const Stretch& rest) { append(rest.to, rest.inside); });
     return felt;
 }

@@ -39,7 +39,7 @@ using Legs = std::vector<Leg>;
 [[nodiscard]] std::vector<Stretch> stretches_of(const Obstacle& obstacle, const Legs& legs);
 
 // What a probe shows of the first stretch inside: it closes `late` mm behind its beginning (before, if negative) and opens `early` mm
-// before its end, if that is not the way's. Outside as a whole where it would open first.
+// before its end; if that is the way's, too, where `early` is not 0. Outside as a whole where it would open first.
 [[nodiscard]] std::vector<Stretch> felt_of(std::vector<Stretch> stretches, double late, double early);
 
 // The most depth from `from` to `to` mm along the way, by sampling at both ends and every `step` mm between (wider if that were too

@@ -2,8 +2,10 @@
 
 #include <gtest/gtest.h>
 
+#include <limits>
 #include <stdexcept>
 
+#include "planner/errors.h"
 #include "tests/planner/support.h"
 
 namespace palpate {
@@ -168,6 +170,63 @@ TEST(ProbeHead, NoWayLeadsThroughAContactThatWasLiftedFrom) {
     EXPECT_EQ(head.contact().from, from);
     EXPECT_EQ(head.cost().contact, 2U);
     EXPECT_EQ(head.cost().clear, 0U) << "a move asks for no answer";
+}
+
+// A probe that triggers where nothing is, or does not trigger any more, at probes that are counted from 0.
+class SparkingOracle final : public SurfaceOracle {
+public:
+    SparkingOracle(const Solid& solid, const Point& start) : solid_(solid, start) {}
+    [[nodiscard]] OracleTraits traits() const override { return solid_.traits(); }
+    [[nodiscard]] Point position() const override { return solid_.position(); }
+    void travel(std::span<const Point> path, Ground ground) override { solid_.travel(path, ground); }
+    [[nodiscard]] ProbeAnswer probe(const Point& target) override {
+        const int number = count++;
+        if (number >= first_spark && number < first_spark + sparks) return {ProbeAnswer::Outcome::vanished, solid_.position()};
+        if (number < dies_at) return solid_.probe(target);
+        solid_.travel({&target, 1}, Ground::unconfirmed);
+        return {ProbeAnswer::Outcome::clear, target};
+    }
+
+    int count = 0;
+    int first_spark = 0;
+    int sparks = 0;
+    int dies_at = std::numeric_limits<int>::max();
+
+private:
+    SolidOracle solid_;
+};
+
+TEST(ProbeHead, AFalseTriggerWhileAKnownPlaceIsTouchedIsNoSignOfADeadProbe) {
+    const Region workspace(Ball{{0, 0, 0}, 3});
+    const auto run = [&](SparkingOracle& oracle) {
+        Roadmap roadmap(workspace);
+        ProbeHead head(oracle, workspace, roadmap, ProbeWatch(0.5, 0.2, 1.0));
+        const NodeId start = head.at();
+        EXPECT_TRUE(head.probe({{0, 0, 0}}).is_contact());
+        // Past the ball, until a known place is due.
+        for (int k = 0; k < ProbeWatch::kMaxClears + 1; ++k) {
+            head.go_to(start);
+            EXPECT_FALSE(head.probe({{1.2 + 0.01 * k, 0, 0.5}}).is_contact());
+        }
+        EXPECT_EQ(oracle.position(), roadmap.at(head.at()));
+        return head.cost().checks;
+    };
+    const Solid solid = Solid().add(Ball{{0, 0, 0}, 1});
+    SparkingOracle good(solid, {0, 0, 3});
+    EXPECT_GE(run(good), 1U);
+    for (int number = 1; number < good.count; ++number) {
+        SparkingOracle sparking(solid, {0, 0, 3});
+        sparking.first_spark = number;
+        sparking.sparks = 3;
+        EXPECT_GE(run(sparking), 1U) << number;
+        EXPECT_GE(sparking.count, good.count + 3);
+        // One that dies while it sparks is noticed all the same.
+        SparkingOracle dying(solid, {0, 0, 3});
+        dying.first_spark = number;
+        dying.sparks = 2;
+        dying.dies_at = number;
+        EXPECT_THROW((void)run(dying), SilenceError) << number;
+    }
 }
 
 }  // namespace

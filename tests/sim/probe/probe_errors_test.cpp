@@ -466,5 +466,41 @@ TEST(ObstacleNormal, IsThatOfTheFaceTheEdgeOrTheFixture) {
     EXPECT_LT((normal(torus, {20, 0, 30}, {20, 0, 0}) - Vector::UnitZ()).norm(), 1e-6);
 }
 
+// A tool that rests where it is pressed less than its pre-travel finds the probe open again when it comes back there.
+TEST(ErringVirtualTool, OpensOnItsWayBackToWhereItStoodPressedAndOpen) {
+    const HiddenObject sphere(ShapeSpec{SphereSpec{5}});
+    ProbeErrors errors;
+    errors.lobes_mm = 0.04;
+    VirtualToolOptions options;
+    options.start = {0, 0, 6};
+    options.motion.resolution_mm = kFine;
+    options.errors = errors;
+    VirtualTool tool(sphere, options);
+    const double pretravel = errors.pretravel(Vector::UnitZ());
+    ASSERT_GT(pretravel, 0.015);
+    const Point pressed(0, 0, 5 - 0.4 * pretravel);
+    tool.start_move(pressed, 5, VirtualTool::Guard::until_contact);
+    tool.finish();
+    ASSERT_FALSE(tool.trigger());
+    ASSERT_FALSE(tool.is_probe_closed());
+    tool.start_move({0, 0, 0}, 5, VirtualTool::Guard::until_contact);
+    tool.finish();
+    ASSERT_TRUE(tool.trigger());
+    ASSERT_TRUE(tool.is_probe_closed());
+    ASSERT_LT(tool.position().z(), 5 - 2 * pretravel) << "it ran on";
+    tool.start_move(pressed, 5, VirtualTool::Guard::until_release);
+    tool.finish();
+    EXPECT_FALSE(tool.is_probe_closed());
+    ASSERT_TRUE(tool.trigger());
+    EXPECT_NEAR(tool.trigger()->z(), 5 - pretravel, 1e-6);
+    // One that is still pressed farther stays closed.
+    tool.start_move({0, 0, 0}, 5, VirtualTool::Guard::until_contact);
+    tool.finish();
+    tool.start_move({0, 0, 5 - 1.5 * pretravel}, 5, VirtualTool::Guard::until_release);
+    tool.finish();
+    EXPECT_TRUE(tool.is_probe_closed());
+    EXPECT_FALSE(tool.trigger());
+}
+
 }  // namespace
 }  // namespace palpate

@@ -11,7 +11,7 @@ using Part = ToolContact::Part;
 using Met = ToolContact::Met;
 
 // A block from -1 to 1 in x and y, its top at z = 0; above it, from x = 0.5 on, a roof from z = 2 to 3.
-TriangleMesh block_with_roof() {
+std::vector<GrownTriangles> block_with_roof() {
     TriangleMesh mesh;
     const auto add = [&](const Point& min, const Point& max) {
         const auto first = static_cast<std::uint32_t>(mesh.points.size());
@@ -26,7 +26,7 @@ TriangleMesh block_with_roof() {
     };
     add({-1, -1, -1}, {1, 1, 0});
     add({0.5, -1, 2}, {1, 1, 3});
-    return mesh;
+    return {{mesh, 0.0}};
 }
 
 ToolShape probe() {
@@ -97,8 +97,8 @@ TEST(ToolContact, TheAxisMayPointAnywhere) {
     Random random(3);
     for (int k = 0; k < 300; ++k) {
         const Eigen::Matrix3d turn = Eigen::Quaterniond::FromTwoVectors(Vector::UnitZ(), random.direction()).toRotationMatrix();
-        TriangleMesh turned = block_with_roof();
-        for (Point& p : turned.points) p = turn * p;
+        std::vector<GrownTriangles> turned = block_with_roof();
+        for (Point& p : turned.front().triangles.points) p = turn * p;
         ToolShape tilted = probe();
         tilted.axis = turn * Vector::UnitZ();
         const Segment move{3 * random.direction() + Point(0, 0, 3), random.direction()};

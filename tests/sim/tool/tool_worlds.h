@@ -47,6 +47,25 @@ inline ShapeSpec random_columns(Random& random) {
     return {parts, Point(random.uniform(-1, 1), 0, 0), random.chance(0.5) ? Vector(3 * random.direction()) : Vector::Zero()};
 }
 
+// The same of spheres, capsules and rounded boxes.
+inline ShapeSpec random_round_shapes(Random& random) {
+    std::vector<ShapeSpec> parts;
+    for (int k = -1; k <= static_cast<int>(random.below(2)); ++k) {
+        const Point middle(2.0 * k + 0.5, random.uniform(-1, 1), random.uniform(-1, 1));
+        const double radius = random.uniform(0.1, 0.8);
+        ShapeSpec part{SphereSpec{radius}, middle};
+        if (random.chance(0.4)) {
+            part = {CapsuleSpec{0.5 * radius, radius}, middle, Vector(3 * random.direction())};
+        } else if (random.chance(0.5)) {
+            const Vector size(random.uniform(0.2, 1), random.uniform(0.2, 1), random.uniform(0.2, 1));
+            const double fillet = random.chance(0.2) ? 0.5 : random.uniform(0, 0.5);
+            part = {RoundedBoxSpec{size, fillet * size.minCoeff()}, middle, Vector(3 * random.direction())};
+        }
+        parts.push_back(part);
+    }
+    return {parts, Point(random.uniform(-1, 1), 0, 0), random.chance(0.5) ? Vector(3 * random.direction()) : Vector::Zero()};
+}
+
 inline std::vector<Fixture> random_fixtures(Random& random) {
     std::vector<Fixture> fixtures;
     if (random.chance(0.6)) fixtures.emplace_back(Table{random.uniform(-4, -1)});

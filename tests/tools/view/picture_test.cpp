@@ -12,6 +12,7 @@
 #include <iterator>
 #include <limits>
 #include <numbers>
+#include <numeric>
 #include <stdexcept>
 #include <string>
 #include <vector>
@@ -19,6 +20,7 @@
 #include "sim/objects/errors.h"
 #include "tools/results.h"
 #include "tools/session_files.h"
+#include "tools/view/internal/lettering.h"
 #include "tools/view/png.h"
 
 namespace palpate {
@@ -250,6 +252,81 @@ TEST(Picture, FlatMeshesAndSliversAreDrawn) {
     const TriangleMesh flat{{{0, 0, 0}, {1, 0, 0}, {0, 1, 0}, {0.5, 0.5, 0}}, {{0, 1, 2}, {1, 2, 3}, {0, 0, 1}}};
     EXPECT_GT(covered(draw_picture(flat, {}, plain({0.0, -1.0, 1.0}))), kSize);
     EXPECT_EQ(draw_picture(flat, {}, plain({0.0, -1.0, 0.0})).rgb.size(), std::size_t{3} * kSize * kSize);  // seen edge-on
+}
+
+TEST(PictureLegend, NamesColoursInTheLowerMarginAndChangesNothingElse) {
+    PictureOptions options = plain({1.0, -2.0, 0.7});
+    options.width_px = 4 * kSize;
+    options.height_px = 3 * kSize;
+    const Picture without = draw_picture(cube(), {}, options);
+    options.legend = {{{10, 200, 30}, "green 12 %"}, {{200, 20, 210}, "violet < 1 %"}};
+    const Picture with = draw_picture(cube(), {}, options);
+    const int free = options.height_px - static_cast<int>(options.margin * options.height_px);
+    const auto is_same = [&](int x, int y) { return pixel(with, x, y) == pixel(without, x, y); };
+    std::vector<std::array<int, 2>> reach;  // of each colour, from left to right
+    for (const LegendEntry& entry : options.legend) {
+        const std::array<int, 3> colour{entry.colour[0], entry.colour[1], entry.colour[2]};
+        int left = options.width_px;
+        int right = -1;
+        for (int x = 0; x < options.width_px; ++x) {
+            for (int y = 0; y < options.height_px; ++y) {
+                if (pixel(with, x, y) != colour) continue;
+                left = std::min(left, x);
+                right = std::max(right, x);
+            }
+        }
+        EXPECT_GE(right - left, 5);
+        reach.push_back({left, right});
+    }
+    // Dark letters to the right of each colour.
+    const auto darkest = [&](int from, int to) {
+        int least = 255;
+        for (int x = from; x < to; ++x) {
+            for (int y = free; y < options.height_px; ++y) least = std::min(least, pixel(with, x, y)[1]);
+        }
+        return least;
+    };
+    EXPECT_LT(reach[0][1], reach[1][0]);
+    EXPECT_LT(darkest(reach[0][1] + 1, reach[1][0]), 90);
+    EXPECT_LT(darkest(reach[1][1] + 1, options.width_px), 90);
+    for (int y = 0; y < options.height_px; ++y) {
+        for (int x = 0; x < options.width_px; ++x) ASSERT_TRUE(y >= free || is_same(x, y)) << x << ", " << y;
+    }
+    EXPECT_EQ(with.rgb, draw_picture(cube(), {}, options).rgb);
+}
+
+TEST(PictureLegend, GetsSmallerWhereItWouldNotFit) {
+    PictureOptions options = plain({1.0, -2.0, 0.7});
+    options.height_px = 4 * kSize;
+    options.width_px = 3 * kSize;
+    const Picture without = draw_picture(cube(), {}, options);
+    const std::string text = "a rather long text of something";
+    options.legend = {{{10, 200, 30}, text}, {{200, 20, 210}, text}, {{10, 20, 210}, text}};
+    const Picture with = draw_picture(cube(), {}, options);
+    for (int y = 0; y < options.height_px; ++y) {
+        for (const int x : {0, 1, options.width_px - 2, options.width_px - 1}) EXPECT_EQ(pixel(with, x, y), pixel(without, x, y));
+    }
+    EXPECT_NE(with.rgb, without.rgb);
+    // ... and smallest letters that do not fit are cut off.
+    options.width_px = options.height_px = 20;
+    EXPECT_EQ(draw_picture(cube(), {}, options).rgb.size(), 3U * 20 * 20);
+}
+
+TEST(PictureLegend, DrawsAnyText) {
+    const auto ink = [](const std::string& text) {
+        const Lettering line = letter(text, 20);
+        EXPECT_EQ(line.cover.size(), static_cast<std::size_t>(line.width_px * line.height_px));
+        EXPECT_TRUE(std::ranges::all_of(line.cover, [](float c) { return c >= 0 && c <= 1; }));
+        return std::accumulate(line.cover.begin(), line.cover.end(), 0.0F);
+    };
+    EXPECT_EQ(ink(""), 0.0F);
+    EXPECT_EQ(ink("   "), 0.0F);
+    EXPECT_GT(ink("l"), 10.0F);
+    EXPECT_GT(ink("ll"), 1.9F * ink("l"));
+    EXPECT_NE(ink("tip"), ink("pit "));
+    EXPECT_GT(ink("µ"), 10.0F);
+    EXPECT_EQ(ink("\xff\xfe"), 0.0F) << "no UTF-8";
+    EXPECT_GT(letter("tip", 40).width_px, letter("tip", 20).width_px);
 }
 
 class PictureFile : public testing::Test {
