@@ -52,9 +52,9 @@ SessionConfig read_config_text(const std::string& text, const std::filesystem::p
     SessionConfig config;
     describe(reader, config);
     reader.finish();
-    // A part on a fixture has a crease where it stands: no bound on the reach holds there.
+    // A part on a fixture has a crease where it stands, and one where the walls of an area cut it: no bound on the reach holds there.
     Strategy::Infer& infer = config.probing.strategy.infer;
-    if (infer == Strategy::Infer::automatic && !config.fixtures.solids.empty()) infer = Strategy::Infer::adaptive;
+    if (infer == Strategy::Infer::automatic && (!config.fixtures.solids.empty() || config.area)) infer = Strategy::Infer::adaptive;
     make_names_absolute(config, std::filesystem::absolute(name).parent_path());
     return config;
 }

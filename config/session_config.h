@@ -8,6 +8,7 @@
 
 #include "config/machine_config.h"
 #include "devices/calibration/probe_calibration.h"
+#include "planner/area.h"
 #include "planner/fixtures.h"
 #include "planner/options.h"
 #include "planner/region.h"
@@ -49,7 +50,8 @@ struct SessionConfig {
     WorkspaceSpec workspace;
     Fixtures fixtures;  // with a box as workspace only
     Options probing;
-    ResultSpec results;  // with a tool only
+    std::optional<Area> area;  // that alone is probed; with a box as workspace only
+    ResultSpec results;        // with a tool only
 
     // Of the machine; without one, of a simulated probe.
     [[nodiscard]] OracleTraits traits() const {

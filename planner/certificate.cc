@@ -59,11 +59,22 @@ Premise ball_premise(const Options& options, const Topology& t, const Evidence& 
 Premise known_solids_premise(const Evidence& evidence) {
     return {Kind::known_solids, State::assumed,
             fmt::format("by the user: fixtures are where they are said to be{}; {} samples lie on them, untouched",
-                        evidence.assumes_clear ? ", and nothing but the object stands on them" : "", evidence.known_samples)};
+                        evidence.assumes_clear ? ", and nothing but the object stands on them" : "",
+                        evidence.known_samples - evidence.wall_samples)};
+}
+
+Premise area_premise(const Evidence& evidence) {
+    return {
+        Kind::within_area, State::assumed,
+        fmt::format("by the user: what is to be known lies within the area{}, and what stands outside does not meet the tool's holder; {} "
+                    "samples close the mesh on the area's walls, which nothing was touched for: there it is no surface of the "
+                    "object",
+                    evidence.assumes_clear ? ", hangs together there with what the seeds touched" : "", evidence.wall_samples)};
 }
 
 Premise reach_premise(const Options& options, const Evidence& evidence) {
     const double needed = options.epsilon / kMaxEpsilonPerReach;
+    if (evidence.has_area) return {Kind::reach, State::missing, "none holds where the surface meets the walls around the area"};
     if (evidence.reach && evidence.reach->refuted) {
         return {Kind::reach, State::refuted,
                 fmt::format("the given bound of {:.6g} mm is false: {}; the largest bound that the touches allow is {:.6g} mm; the mesh "
@@ -185,6 +196,8 @@ const char* name_of(Premise::Kind kind) {
             return "sizing and angles";
         case Kind::known_solids:
             return "known solids";
+        case Kind::within_area:
+            return "only within the area";
         case Kind::own_end:
             return "the run ended by itself";
     }
@@ -206,7 +219,8 @@ Certificate certify(const Options& options, const Topology& topology, const Evid
         manifold, components, balls, reach, {Kind::object_in_workspace, State::assumed, "by the user"}, touch_premise(evidence)};
     if (evidence.unresolved_places + evidence.minor_places > 0) certificate.premises.push_back(thickness_premise(evidence));
     if (evidence.reach) certificate.premises.push_back(inference_premise(*evidence.reach));
-    if (evidence.has_known_solids) certificate.premises.push_back(known_solids_premise(evidence));
+    if (evidence.has_fixtures) certificate.premises.push_back(known_solids_premise(evidence));
+    if (evidence.has_area) certificate.premises.push_back(area_premise(evidence));
     if (evidence.has_facet_criteria) certificate.premises.push_back(facet_premise(evidence));
     const bool guesses = evidence.reach && evidence.reach->inferred > 0 && !certificate.find(Kind::inference)->holds();
     const bool is_shaped = !evidence.has_facet_criteria || certificate.find(Kind::sizing_and_angles)->holds();
@@ -243,6 +257,12 @@ Certificate certify(const Options& options, const Topology& topology, const Evid
             certificate.statement +=
                 fmt::format(" At {} named places it ends before a sharp edge or a thin wall does.", evidence.minor_places);
         if (guesses) certificate.statement += " Some of its facets are plausible only.";
+        if (evidence.has_area) {
+            certificate.statement +=
+                " The object is what of it lies within the area, with walls around; nothing is said of what is outside, and the result is "
+                "open "
+                "there.";
+        }
     } else {
         certificate.status = Certificate::Status::certified;
         certificate.statement =

@@ -25,6 +25,7 @@ struct Premise {
         sizing_and_angles,         // facets fulfil what was asked for
         own_end,                   // no budget ended the run
         known_solids,              // fixtures are where they are said to be, and nothing else stands on them
+        within_area,               // an area alone was probed
     };
     enum class State {
         checked,  // on the result
@@ -89,8 +90,10 @@ struct Evidence {
     std::size_t torn_components = 0;         // pairs of components of Ŝ that may be one
     std::size_t given_up = 0;                // places where work led to nothing
     std::size_t known_samples = 0;           // on known solids: not touched
-    bool has_known_solids = false;           // the user gave some, ...
-    bool assumes_clear = false;              // ... and says that nothing but the object stands on them
+    std::size_t wall_samples = 0;            // of those: around the area that alone was probed
+    bool has_fixtures = false;               // the user gave some, ...
+    bool has_area = false;                   // ... or an area that alone is to be probed, ...
+    bool assumes_clear = false;              // ... and says that nothing but the object stands on what is known
     std::size_t open_edges = 0;              // of Ŝ, left unexplored
     bool has_facet_criteria = false;         // sizing or angles were asked for
     std::size_t bad_facets = 0;              // facets that do not fulfil sizing or angles

@@ -106,8 +106,10 @@ void check_options(const Surroundings& surroundings, const Options& options, con
     require(is_share(options.trust), "trust must lie in [0, 1]");
     require(options.inference() != Strategy::Infer::reach || options.reach,
             "infer: reach needs probing.reach, a lower bound on the reach that you vouch for; without one say infer: auto, or adaptive");
-    require(options.inference() != Strategy::Infer::reach || surroundings.known().empty(),
-            "infer: reach proves nothing where a part stands on a fixture, as S has a crease there: say infer: adaptive");
+    require(
+        options.inference() != Strategy::Infer::reach || surroundings.known().empty(),
+        "infer: reach proves nothing where a part stands on a fixture or meets the walls of an area, as S has a crease there: say infer: "
+        "adaptive");
     check_seed_rays(options.seed_rays);
     require(options.refinement_floor > 0 && options.refinement_floor <= 1, "refinement_floor must lie in (0, 1]");
     check_sizing(options.sizing);

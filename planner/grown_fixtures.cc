@@ -1,5 +1,7 @@
 #include "planner/grown_fixtures.h"
 
+#include <fmt/format.h>
+
 #include <Eigen/Geometry>
 #include <algorithm>
 #include <array>
@@ -7,7 +9,10 @@
 #include <limits>
 #include <optional>
 #include <stdexcept>
+#include <utility>
 #include <vector>
+
+#include "planner/number_text.h"
 
 namespace palpate {
 namespace {
@@ -20,6 +25,10 @@ constexpr double kThickness = 3.0;
 constexpr double kMargin = 2.0;
 // Of ω's diagonal: what is nearer to a face lies on it. Far above rounding, far below any clearance.
 constexpr double kSlack = 1e-10;
+// ... and by so much walls that share a face overlap there: nothing runs between them.
+constexpr double kOverlap = 16 * kSlack;
+// Of ε: less than that of an area is no more than the neighbourhood of its walls.
+constexpr double kLeastArea = 4.0;
 
 // A ball that moves along the tool's axis: a part of the tool.
 struct Shaft {
@@ -128,13 +137,64 @@ void add_box(KnownSolids::Convex& solid, const Box& box) {
     }
 }
 
+bool meet(const Box& a, const Box& b) { return (a.min.array() < b.max.array()).all() && (a.max.array() > b.min.array()).all(); }
+
+// What the area has of the workspace, and on which sides it ends inside.
+struct Cut {
+    Box box;
+    std::array<std::array<bool, 2>, 3> ends_inside{};
+
+    [[nodiscard]] bool ends_at(const Side& side) const {
+        return ends_inside.at(static_cast<std::size_t>(side.axis)).at(side.at_max ? 1 : 0);
+    }
+};
+
+Cut cut_by(const Area& area, const Box& workspace, double epsilon) {
+    const Box bounds = bounds_of(area);
+    Cut cut{{workspace.min.cwiseMax(bounds.min), workspace.max.cwiseMin(bounds.max)}};
+    const double slack = kSlack * workspace.diagonal();
+    for (std::size_t axis = 0; axis < 3; ++axis) {
+        const auto k = static_cast<Eigen::Index>(axis);
+        cut.ends_inside[axis] = {bounds.min[k] > workspace.min[k] + slack, bounds.max[k] < workspace.max[k] - slack};
+    }
+    const Vector size = cut.box.max - cut.box.min;
+    if (size.minCoeff() <= 0) {
+        throw std::invalid_argument(fmt::format("the area, {} to {}, lies outside the workspace, {} to {}: nothing can be probed",
+                                                point_text(bounds.min), point_text(bounds.max), point_text(workspace.min),
+                                                point_text(workspace.max)));
+    }
+    if (size.minCoeff() < kLeastArea * epsilon) {
+        throw std::invalid_argument(
+            fmt::format("the area has {:.6g} x {:.6g} x {:.6g} mm of the workspace, less than {:g} epsilon on a side: "
+                        "make it larger, or epsilon smaller",
+                        size.x(), size.y(), size.z(), kLeastArea));
+    }
+    return cut;
+}
+
+// Of the faces that lead out of ω.
+KnownSolids::Convex open_faces(const Box& omega, const Surroundings::OpenFaces& faces) {
+    KnownSolids::Convex planes;
+    for (int axis = 0; axis < 3; ++axis) {
+        const auto& [at_min, at_max] = faces.is_open.at(static_cast<std::size_t>(axis));
+        if (at_max) planes.push_back({Vector::Unit(axis), omega.max[axis]});
+        if (at_min) planes.push_back({-Vector::Unit(axis), -omega.min[axis]});
+    }
+    return planes;
+}
+
 }  // namespace
 
-Surroundings surroundings_with(const Box& workspace, const Fixtures& fixtures, const ToolShape& tool, double clearance, double epsilon) {
+Surroundings surroundings_with(const Box& whole, const Fixtures& fixtures, const ToolShape& tool, double clearance, double epsilon,
+                               const std::optional<Area>& area) {
+    const Cut cut = area ? cut_by(*area, whole, epsilon) : Cut{whole};
+    const Box& workspace = cut.box;
+    const char* const what = area ? "area" : "workspace";
     Box omega = workspace;
     Box reachable = workspace;
     Surroundings::OpenFaces faces;
     const auto close = [&](const Side& side) { faces.is_open.at(static_cast<std::size_t>(side.axis)).at(side.at_max ? 1 : 0) = false; };
+    const double away = (kThickness + kMargin) * epsilon;
     std::vector<Plane> floors;
     for (const Fixture& fixture : fixtures.solids) {
         const auto half_space = half_space_of(fixture);
@@ -142,13 +202,14 @@ Surroundings surroundings_with(const Box& workspace, const Fixtures& fixtures, c
         const Vector normal = half_space->normal.normalized();
         const Plane plane{normal, normal.dot(half_space->point) + growth(tool, normal) + clearance};
         if (support(workspace, normal) <= plane.offset) {
-            throw std::invalid_argument(
-                "the workspace lies below a table or behind a half-space, grown by the tool, as a whole: nothing can be probed");
+            throw std::invalid_argument(fmt::format(
+                "the {} lies below a table or behind a half-space, grown by the tool, as a whole: nothing can be probed", what));
         }
-        floors.push_back(plane);
         const Side side = side_towards(-normal);
+        // Behind the area's own wall.
+        if (cut.ends_at(side) && -support(workspace, -normal) >= plane.offset) continue;
+        floors.push_back(plane);
         const Interval heights = heights_of(plane, workspace, side);
-        const double away = (kThickness + kMargin) * epsilon;
         // Where several bound it on one side, down to the lowest.
         const bool is_first = faces.is_open.at(static_cast<std::size_t>(side.axis)).at(side.at_max ? 1 : 0);
         close(side);
@@ -161,9 +222,21 @@ Surroundings surroundings_with(const Box& workspace, const Fixtures& fixtures, c
             reach_to(reachable.min[side.axis], heights.low);
         }
     }
+    for (int axis = 0; axis < 3; ++axis) {
+        if (cut.ends_at({axis, false})) {
+            close({axis, false});
+            reachable.min[axis] = std::max(reachable.min[axis], workspace.min[axis]);
+            omega.min[axis] = reachable.min[axis] - away;
+        }
+        if (cut.ends_at({axis, true})) {
+            close({axis, true});
+            reachable.max[axis] = std::min(reachable.max[axis], workspace.max[axis]);
+            omega.max[axis] = reachable.max[axis] + away;
+        }
+    }
     const Vector margin = Vector::Constant(kMargin * epsilon);
     const Box inner{omega.min + margin, omega.max - margin};
-    if (!inner.is_valid()) throw std::invalid_argument("the workspace is too small for this epsilon");
+    if (!inner.is_valid()) throw std::invalid_argument(fmt::format("the {} is too small for this epsilon", what));
     std::vector<KnownSolids::Convex> solids;
     for (const Plane& floor : floors) {
         solids.push_back({floor});
@@ -176,8 +249,8 @@ Surroundings surroundings_with(const Box& workspace, const Fixtures& fixtures, c
             KnownSolids::Convex solid = grown(*box, shaft, tool.axis.normalized(), clearance);
             const Box extent = extent_of(solid);
             if (extent.contains(workspace))
-                throw std::invalid_argument("the workspace lies within a fixture, grown by the tool: nothing can be probed");
-            if (!(extent.min.array() < omega.max.array() && extent.max.array() > omega.min.array()).all()) continue;
+                throw std::invalid_argument(fmt::format("the {} lies within a fixture, grown by the tool: nothing can be probed", what));
+            if (!meet(extent, area ? reachable : omega)) continue;
             for (int axis = 0; axis < 3; ++axis) {
                 if (extent.max[axis] > inner.max[axis]) close({axis, true});
                 if (extent.min[axis] < inner.min[axis]) close({axis, false});
@@ -186,7 +259,22 @@ Surroundings surroundings_with(const Box& workspace, const Fixtures& fixtures, c
             solids.push_back(std::move(solid));
         }
     }
-    return {omega, KnownSolids(std::move(solids), std::move(floors), kSlack * omega.diagonal()), faces, reachable, fixtures.assume_clear};
+    const double slack = kSlack * omega.diagonal();
+    KnownSolids::Outside outside;
+    if (area) {
+        outside.parts = outside_of(*area, kOverlap * omega.diagonal());
+        // What bounds the area beyond the workspace is no wall.
+        std::erase_if(outside.parts, [&](const KnownSolids::Convex& part) {
+            return part.size() == 1 && support(whole, -part.front().normal) + part.front().offset <= slack;
+        });
+        outside.faces = open_faces(omega, faces);
+        for (const KnownSolids::Convex& part : outside.parts) {
+            solids.push_back(part);
+            add_box(solids.back(), inner);
+        }
+    }
+    return {omega, KnownSolids(std::move(solids), std::move(floors), slack, std::move(outside)), faces, reachable, fixtures.assume_clear,
+            area};
 }
 
 }  // namespace palpate

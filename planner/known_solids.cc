@@ -34,17 +34,30 @@ Point point_at(const Segment& move, double at) {
     return move.source + at / way.norm() * way;
 }
 
-}  // namespace
-
-bool KnownSolids::contains(const Point& p) const {
-    return std::ranges::any_of(solids_, [&](const Convex& solid) {
-        return std::ranges::all_of(solid, [&](const Plane& plane) { return plane.height(p) < -slack_; });
+bool is_in_any(std::span<const KnownSolids::Convex> solids, const Point& p, double slack) {
+    return std::ranges::any_of(solids, [&](const KnownSolids::Convex& solid) {
+        return std::ranges::all_of(solid, [&](const KnownSolids::Plane& plane) { return plane.height(p) < -slack; });
     });
 }
 
-bool KnownSolids::is_buried(const Point& p) const {
-    return std::ranges::any_of(floors_, [&](const Plane& floor) { return floor.height(p) < -slack_; });
+}  // namespace
+
+KnownSolids::KnownSolids(std::vector<Convex> solids, std::vector<Plane> floors, double slack, Outside outside)
+    : solids_(std::move(solids)), has_fixtures_(solids_.size() > outside.parts.size()), slack_(slack) {
+    for (const Plane& floor : floors) buried_.push_back({floor});
+    barred_ = buried_;
+    for (Convex& part : outside.parts) {
+        buried_.push_back(part);
+        part.insert(part.end(), outside.faces.begin(), outside.faces.end());
+        barred_.push_back(std::move(part));
+    }
 }
+
+bool KnownSolids::contains(const Point& p) const { return is_in_any(solids_, p, slack_); }
+
+bool KnownSolids::is_buried(const Point& p) const { return is_in_any(buried_, p, slack_); }
+
+bool KnownSolids::is_barred(const Point& p) const { return is_in_any(barred_, p, slack_); }
 
 std::optional<Point> KnownSolids::first_entry(const Segment& line) const {
     double first = std::numeric_limits<double>::infinity();
@@ -57,8 +70,8 @@ std::optional<Point> KnownSolids::first_entry(const Segment& line) const {
 
 std::optional<KnownSolids::Hit> KnownSolids::first_hit(const Segment& move) const {
     double buried = std::numeric_limits<double>::infinity();
-    for (const Plane& floor : floors_) {
-        if (const auto below = below_all({&floor, 1}, move, slack_)) buried = std::min(buried, below->low);
+    for (const Convex& part : barred_) {
+        if (const auto below = below_all(part, move, slack_)) buried = std::min(buried, below->low);
     }
     const auto solid = first_entry(move);
     const double entered = solid ? (*solid - move.source).norm() : std::numeric_limits<double>::infinity();

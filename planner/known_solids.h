@@ -29,20 +29,28 @@ public:
     using Convex = std::vector<Plane>;
 
     KnownSolids() = default;
+    // Where nothing is to be probed: no tool goes there between faces of ω that lead to it.
+    struct Outside {
+        std::vector<Convex> parts;
+        Convex faces;  // below all of these
+    };
     // `floors`: nothing moves below these; every solid's faces that a tool can see are above them or on them. `slack` (mm): what is nearer
-    // to a face than that lies on it.
-    KnownSolids(std::vector<Convex> solids, std::vector<Plane> floors, double slack)
-        : solids_(std::move(solids)), floors_(std::move(floors)), slack_(slack) {}
+    // to a face than that lies on it. For each part of what is outside one of the solids ends there.
+    KnownSolids(std::vector<Convex> solids, std::vector<Plane> floors, double slack, Outside outside = {});
 
     [[nodiscard]] bool empty() const { return solids_.empty(); }
+    // Are there others than one for each part of what is outside?
+    [[nodiscard]] bool has_fixtures() const { return has_fixtures_; }
     // In a solid, and not on its boundary.
     [[nodiscard]] bool contains(const Point& p) const;
-    // Below a floor: no place for a tool, whether it is in a solid or not.
+    // Below a floor, or where nothing is to be probed: no place for a tool, whether it is in a solid or not.
     [[nodiscard]] bool is_buried(const Point& p) const;
+    // The same, but not beyond the faces of ω that lead out: what first_hit() calls entered.
+    [[nodiscard]] bool is_barred(const Point& p) const;
 
     struct Hit {
         Point at = Point::Zero();
-        // On a solid; else the way goes below a floor beside all solids there.
+        // On a solid; else the way goes to a barred place beside all solids there.
         bool is_solid = true;
     };
     // Where a straight move first enters what no tool may: at its start if it begins on a boundary and leads into it. Nothing where it only
@@ -55,7 +63,9 @@ public:
 
 private:
     std::vector<Convex> solids_;
-    std::vector<Plane> floors_;
+    std::vector<Convex> buried_;
+    std::vector<Convex> barred_;
+    bool has_fixtures_ = false;
     double slack_ = 0.0;
 };
 

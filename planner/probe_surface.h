@@ -30,7 +30,11 @@ struct Result {
     std::vector<BadPlace> bad_places;   // empty unless the certificate is incomplete
     std::vector<BadPlace> thin_places;  // walls and sharp edges that the mesh leaves out, without harm to its topology
     Cost cost;
-    std::vector<Touch> touches;              // every contact, in order
+    std::vector<Touch> touches;  // every contact, in order
+    std::optional<Area> area;    // that alone was probed, if one was given
+    // By point of the mesh: 1 on a wall around the area that alone was probed, or behind one: no place of the object. Empty: no area was
+    // given.
+    std::vector<std::uint8_t> is_outside;
     std::size_t samples = 0;                 // |E|, whether a facet uses them or not
     std::size_t known_samples = 0;           // of those: on known solids, not touched
     double max_ball_radius = 0.0;            // mm: of the facets that touches and proofs put into the mesh

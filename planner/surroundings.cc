@@ -147,12 +147,17 @@ bool are_joined(const OpenFaces& open) {
 
 }  // namespace
 
-Surroundings::Surroundings(const Box& box, KnownSolids known, const OpenFaces& faces, const Box& reachable, bool assumes_clear)
-    : region_(box), known_(std::move(known)), faces_(faces), reachable_(reachable), assumes_clear_(assumes_clear) {
-    if (!are_joined(faces)) {
+Surroundings::Surroundings(const Box& box, KnownSolids known, const OpenFaces& faces, const Box& reachable, bool assumes_clear,
+                           std::optional<Area> area)
+    : region_(box), known_(std::move(known)), faces_(faces), reachable_(reachable), assumes_clear_(assumes_clear), area_(std::move(area)) {
+    if (are_joined(faces)) return;
+    if (area_) {
         throw std::invalid_argument(
-            "no open face of the workspace leads out of it, or only two that face each other: a fixture closes the others");
+            "no face of the workspace leads into the area, or only two that face each other: the area has to reach up to a face from which "
+            "the tool comes (its top, in most cases), and to end inside the workspace or at a fixture at one of two such faces");
     }
+    throw std::invalid_argument(
+        "no open face of the workspace leads out of it, or only two that face each other: a fixture closes the others");
 }
 
 bool Surroundings::is_enterable(const Point& p) const {
@@ -163,8 +168,10 @@ bool Surroundings::is_enterable(const Point& p) const {
 Point Surroundings::nearest_entry(const Point& p) const {
     const auto* box = std::get_if<Box>(&region_.shape());
     if (box == nullptr || !reachable_) return region_.nearest_boundary(p);
-    const bool is_inside = box->contains(p);
+    // What lies on a closed face up to rounding is not beyond it.
+    const bool is_inside = box->contains(p, kOnFace * box->diagonal());
     std::optional<Point> nearest;
+    bool stays_in = false;
     for (int axis = 0; axis < 3; ++axis) {
         for (const bool at_max : {false, true}) {
             const Face face{axis, at_max};
@@ -172,7 +179,11 @@ Point Surroundings::nearest_entry(const Point& p) const {
             if (!is_open(faces_, face) || (!is_inside && beyond < 0)) continue;
             Point entry = p.cwiseMax(reachable_->min).cwiseMin(reachable_->max);
             entry[axis] = face_coordinate(*box, face);
-            if (!nearest || (entry - p).norm() < (*nearest - p).norm()) nearest = entry;
+            const bool stays = !area_ || !is_inside || !first_known({p, entry});
+            const bool is_nearer = !nearest || (entry - p).norm() < (*nearest - p).norm();
+            if (stays == stays_in ? !is_nearer : stays_in) continue;
+            nearest = entry;
+            stays_in = stays;
         }
     }
     if (!nearest) throw std::invalid_argument("the tool is beside a closed face of the workspace: move it above an open one first");

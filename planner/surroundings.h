@@ -9,6 +9,7 @@
 #include <optional>
 #include <vector>
 
+#include "planner/area.h"
 #include "planner/geometry.h"
 #include "planner/known_solids.h"
 #include "planner/region.h"
@@ -22,15 +23,19 @@ public:
 
     // A box of which only some faces can be passed, with known solids inside; by axis, the one at its min and the one at its max.
     // `reachable`: what of the box, and of ways around it, a tool may have to do with. Throws std::invalid_argument if ways over open faces
-    // do not join them all. `assumes_clear`: nothing but the object stands on the known solids.
+    // do not join them all. `assumes_clear`: nothing but the object stands on the known solids. `area`: what alone is to be probed, if that
+    // is not all of ω; known solids stand around it.
     struct OpenFaces {
         std::array<std::array<bool, 2>, 3> is_open{{{true, true}, {true, true}, {true, true}}};
     };
-    Surroundings(const Box& box, KnownSolids known, const OpenFaces& faces, const Box& reachable, bool assumes_clear);
+    Surroundings(const Box& box, KnownSolids known, const OpenFaces& faces, const Box& reachable, bool assumes_clear,
+                 std::optional<Area> area = {});
 
     [[nodiscard]] const Region& region() const { return region_; }  // ω
     [[nodiscard]] const KnownSolids& known() const { return known_; }
     [[nodiscard]] bool assumes_clear() const { return assumes_clear_; }
+    [[nodiscard]] const std::optional<Area>& area() const { return area_; }
+    [[nodiscard]] const OpenFaces& faces() const { return faces_; }
 
     [[nodiscard]] bool is_free(const Point& p) const { return !region_.contains(p); }
     // Whether a tool can come to that point of ω's boundary from outside.
@@ -45,8 +50,8 @@ public:
     [[nodiscard]] std::optional<Interval> unknown_part(const Point& origin, const Vector& direction) const {
         return region_.clip(origin, direction);
     }
-    // Where a straight way from free space to `p`, or from there to free space, should pass ω's boundary. Throws std::invalid_argument if
-    // p is outside and faces closed faces only.
+    // Where a straight way from free space to `p`, or from there to free space, should pass ω's boundary. From inside an area one that
+    // stays in it, if there is one. Throws std::invalid_argument if p is outside and faces closed faces only.
     [[nodiscard]] Point nearest_entry(const Point& p) const;
 
     // The points to pass, after `from` and up to and with `to`, on a short way through free space between two points of its boundary.
@@ -64,6 +69,7 @@ private:
     OpenFaces faces_;
     std::optional<Box> reachable_;
     bool assumes_clear_ = false;
+    std::optional<Area> area_;
 };
 
 }  // namespace palpate

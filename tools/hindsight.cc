@@ -22,7 +22,7 @@ void print_warnings(const HiddenObject& object) {
 
 void warn_of_false_reach(const SessionConfig& config, const HiddenObject& object) {
     // With a tool another surface is probed, and what its reach is nobody has worked out.
-    if (config.tool || !config.fixtures.solids.empty()) return;
+    if (config.tool || !config.fixtures.solids.empty() || config.area) return;
     if (config.probing.reach && object.reach() && *config.probing.reach > *object.reach() * (1 + kRounding)) {
         spdlog::warn("probing.reach = {} mm is more than the object's true reach, {} mm: what the certificate rests on is false",
                      *config.probing.reach, *object.reach());
@@ -49,9 +49,10 @@ std::string describe_truth(const Simulation& run) {
             return tool.touches(part, ToolContact::Met::object) + tool.touches(part, ToolContact::Met::fixture);
         };
         return fmt::format(
-            "{} unsafe moves, {} into the object and {} into fixtures; {} touches of the ball, {} of the stylus, {} of the holder",
-            run.unsafe_moves, tool.moves_into_object, tool.moves_into_fixtures, touches(Part::ball), touches(Part::stylus),
-            touches(Part::holder));
+            "{} unsafe moves, {} into the object and {} into fixtures{}; {} touches of the ball, {} of the stylus, {} of the holder",
+            run.unsafe_moves, tool.moves_into_object, tool.moves_into_fixtures,
+            run.moves_out_of_area ? fmt::format(", {} out of the area", *run.moves_out_of_area) : std::string(), touches(Part::ball),
+            touches(Part::stylus), touches(Part::holder));
     }
     return fmt::format("Euler characteristic {}, {} component(s), Hausdorff distance {:.6g} mm, {} unsafe moves, {} wrong facets",
                        run.truth->euler_characteristic, run.truth->components, run.truth->hausdorff, run.unsafe_moves,

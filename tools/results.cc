@@ -8,6 +8,7 @@
 #include <ostream>
 
 #include "planner/number_text.h"
+#include "planner/part/traced_surface.h"
 #include "sim/objects/mesh/mesh_file.h"
 #include "tools/session_files.h"
 #include "tools/summary.h"
@@ -52,6 +53,11 @@ void list_places(std::ostream& out, const char* kind, const std::vector<BadPlace
     if (places.size() > kShown) out << "  and " << places.size() - kShown << " more " << kind << "s, see summary.json\n";
 }
 
+const char* known_text(const Result& r) {
+    if (r.is_outside.empty()) return "fixtures";
+    return r.certificate.find(Premise::Kind::known_solids) != nullptr ? "fixtures and the area's walls" : "the area's walls";
+}
+
 // "12 (1.5 x the bound)"; without a mesh there is no bound.
 std::string per_bound(double amount, double bound, const std::string& of_what) {
     if (!(bound > 0)) return "";
@@ -63,18 +69,21 @@ std::string per_bound(double amount, double bound, const std::string& of_what) {
 std::string write_results(const std::filesystem::path& folder, const Result& result, const std::optional<PartResult>& part,
                           const Provenance& provenance, const std::string& summary, const PictureChoice& picture) {
     const std::vector<std::string> comments = mesh_comments(provenance, result.certificate);
-    write_file(folder / kMeshFile, part ? to_ply(part->surface, comments) : to_ply(result.mesh, comments));
-    if (part) write_file(folder / kToolMeshFile, to_ply(result.mesh, comments));
+    // Without a part: Ŝ, open where an area ends.
+    const TriangleMesh plain = part ? TriangleMesh{} : mesh_within_area(result);
+    const bool is_changed = part || !result.is_outside.empty();
+    write_file(folder / kMeshFile, part ? to_ply(part->surface, comments) : to_ply(plain, comments));
+    if (is_changed) write_file(folder / kToolMeshFile, to_ply(result.mesh, comments));
     write_file(folder / kTouchesFile, part ? to_csv(result.touches, *part) : to_csv(result.touches));
     write_file(folder / kSummaryFile, summary);
-    const std::string names = part ? "mesh.ply, mesh_tool.ply, touches.csv, summary.json" : "mesh.ply, touches.csv, summary.json";
-    if (!picture.drawn || result.mesh.triangles.empty()) {
+    const std::string names = is_changed ? "mesh.ply, mesh_tool.ply, touches.csv, summary.json" : "mesh.ply, touches.csv, summary.json";
+    if (!picture.drawn || (part ? part->surface.mesh : plain).triangles.empty()) {
         // One that is there shows another mesh.
         std::error_code ignored;
         std::filesystem::remove(folder / kPictureFile, ignored);
         return names;
     }
-    part ? draw_part(folder, part->surface.mesh, part->surface.facet_tags, picture.up) : draw_samples(folder, result.mesh, picture.up);
+    part ? draw_part(folder, part->surface.mesh, part->surface.facet_tags, picture.up) : draw_samples(folder, plain, picture.up);
     return fmt::format("{}, {}", names, kPictureFile);
 }
 
@@ -93,8 +102,9 @@ void print_result(const Result& r, const std::optional<PartResult>& part, double
     const auto line = [&](const char* label, const std::string& text) {
         out << wrapped(fmt::format("{:<{}}{}", label, kLabel, text), columns, kLabel) << '\n';
     };
-    line("samples", fmt::format("{}{}{}", touched, per_bound(static_cast<double>(r.samples), r.lower_bound_samples, "hexagonal bound"),
-                                r.known_samples > 0 ? fmt::format(", and {} on fixtures, untouched", r.known_samples) : std::string()));
+    line("samples",
+         fmt::format("{}{}{}", touched, per_bound(static_cast<double>(r.samples), r.lower_bound_samples, "hexagonal bound"),
+                     r.known_samples > 0 ? fmt::format(", and {} on {}, untouched", r.known_samples, known_text(r)) : std::string()));
     line("probes", fmt::format("{} ({:.6g} per sample): {} contacts, {} clear{}", a.probes(),
                                static_cast<double>(a.probes()) / static_cast<double>(touched), a.contact, a.clear,
                                a.failed > 0 ? fmt::format(", {} failed", a.failed) : std::string()));

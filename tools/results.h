@@ -19,7 +19,7 @@ struct PictureChoice {
 };
 
 // mesh.ply, touches.csv, summary.json and, if there is a mesh, picture.png; returns their names, with commas between. With a part, that is
-// mesh.ply, and Ŝ is mesh_tool.ply. Throws OutputError.
+// mesh.ply, and Ŝ is mesh_tool.ply; with an area alone, mesh.ply is Ŝ within it. Throws OutputError.
 [[nodiscard]] std::string write_results(const std::filesystem::path& folder, const Result& result, const std::optional<PartResult>& part,
                                         const Provenance& provenance, const std::string& summary, const PictureChoice& picture);
 

@@ -10,6 +10,7 @@
 #include "devices/errors.h"
 #include "devices/timed_oracle.h"
 #include "planner/number_text.h"
+#include "sim/area_audit.h"
 #include "sim/region_fit.h"
 #include "sim/simulated_device.h"
 #include "tools/session_surroundings.h"
@@ -23,11 +24,24 @@ Region build_workspace(const WorkspaceSpec& spec, const Box& bounds) {
     return fitting_workspace(bounds);
 }
 
+// So far (mm) at least.
+bool is_behind_open_faces(const Box& box, const Box& omega, const Surroundings::OpenFaces& faces, double clearance) {
+    for (std::size_t axis = 0; axis < 3; ++axis) {
+        const auto k = static_cast<Eigen::Index>(axis);
+        if (faces.is_open[axis][0] && box.min[k] <= omega.min[k] + clearance) return false;
+        if (faces.is_open[axis][1] && box.max[k] >= omega.max[k] - clearance) return false;
+    }
+    return true;
+}
+
 // Throws SetupError unless all that the tool can touch of the object is in the workspace, kClearance of its radius from the boundary.
 void check_inside(const ToolObstacle& obstacle, const Surroundings& surroundings) {
     const Region& workspace = surroundings.region();
     const double clearance = kClearance * workspace.radius();
+    const auto* const omega = std::get_if<Box>(&workspace.shape());
     for (const Box& box : obstacle.reachable_bounds()) {
+        // Beside an area the object goes on; where the tool comes from it may not.
+        if (surroundings.area() && omega != nullptr && is_behind_open_faces(box, *omega, surroundings.faces(), clearance)) continue;
         for (unsigned k = 0; k < 8; ++k) {
             const Point corner((k & 1U ? box.max : box.min).x(), (k & 2U ? box.max : box.min).y(), (k & 4U ? box.max : box.min).z());
             if (workspace.contains(corner) && (workspace.nearest_boundary(corner) - corner).norm() > clearance) continue;
@@ -66,7 +80,7 @@ Scene build_scene(const SessionConfig& config) {
 }
 
 std::optional<ToolScene> tool_scene(const SessionConfig& config, const HiddenObject& object) {
-    if (!config.tool && config.fixtures.solids.empty()) return std::nullopt;
+    if (!config.tool && config.fixtures.solids.empty() && !config.area) return std::nullopt;
     ToolObstacle obstacle(object, config.tool, config.fixtures.solids);
     return ToolScene{std::move(obstacle), ToolDepths(object, config.tool, config.fixtures.solids)};
 }
@@ -88,11 +102,16 @@ Simulation simulate(const SessionConfig& config, const Scene& scene, const Obser
     const Obstacle& obstacle = obstacle_of(scene.object, tool);
     SimulatedDeviceOptions device_options;
     std::optional<ToolAudit> audit;
+    std::optional<AreaAudit> area_audit;
     if (tool) {
         // What only grazes may be as deep as the closed form's slack, a share of the lengths involved.
         audit.emplace(tool->depths, std::max(ToolAudit::kTolerance_mm, 4 * MotionAudit::kDepth * obstacle.scale()));
         device_options.audit = !config.tool;  // that account is of points
-        device_options.on_move = [&](const Segment& way, bool touched) { audit->record(way, touched); };
+        if (config.area) area_audit.emplace(*config.area, std::get<Box>(config.workspace), ToolAudit::kTolerance_mm);
+        device_options.on_move = [&](const Segment& way, bool touched) {
+            audit->record(way, touched);
+            if (area_audit) area_audit->record(way);
+        };
     }
     device_options.errors = config.probe_errors();
     if (config.machine) device_options.motion = config.machine->motion;
@@ -120,6 +139,7 @@ Simulation simulate(const SessionConfig& config, const Scene& scene, const Obser
     run.unsafe_moves = device.unsafe_moves();
     if (tool) {
         run.tool = audit->account();
+        if (area_audit) run.moves_out_of_area = area_audit->moves_out();
         run.unsafe_moves = std::max(run.unsafe_moves, run.tool->unsafe_moves);
     } else {
         run.truth = measure_truth(scene.object, run.result.mesh, TruthSampling{}, config.probing.random_seed);

@@ -42,16 +42,17 @@ void check_seeds(const SessionConfig& config, const Scene& scene);
 
 struct Simulation {
     Result result;
-    // With a tool or fixtures another surface than the object's is probed, and there is none.
+    // With a tool, fixtures or an area another surface than the object's is probed, and there is none.
     std::optional<Truth> truth;
-    std::vector<FacetVerdict> verdicts;  // by triangle of the result; none without the truth
-    std::optional<ToolAccount> tool;     // with a tool or fixtures
-    std::uint64_t wrong_inferences = 0;  // crossings that were inferred where the surface that is probed has none
-    std::uint64_t unsafe_moves = 0;      // counted by the simulator, not by the planner
-    std::uint64_t moves = 0;             // likewise
-    double distance = 0.0;               // mm, likewise
-    Seconds machine_time{0.0};           // what a machine would take for it
-    double planner_seconds = 0.0;        // without the oracle
+    std::vector<FacetVerdict> verdicts;              // by triangle of the result; none without the truth
+    std::optional<ToolAccount> tool;                 // with a tool, fixtures or an area
+    std::optional<std::uint64_t> moves_out_of_area;  // with an area
+    std::uint64_t wrong_inferences = 0;              // crossings that were inferred where the surface that is probed has none
+    std::uint64_t unsafe_moves = 0;                  // counted by the simulator, not by the planner
+    std::uint64_t moves = 0;                         // likewise
+    double distance = 0.0;                           // mm, likewise
+    Seconds machine_time{0.0};                       // what a machine would take for it
+    double planner_seconds = 0.0;                    // without the oracle
     double oracle_seconds = 0.0;
 };
 

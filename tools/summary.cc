@@ -92,7 +92,7 @@ Json summarise(const Result& r, const std::optional<PartResult>& part, const Pro
         {"certificate", summarise(r.certificate, r.bad_places, r.thin_places)},
         {"time", {{"planner", planner_seconds}, {"oracle", oracle_seconds}, {"machine_estimate", machine_estimate}}},
     };
-    if (r.certificate.find(Premise::Kind::known_solids) != nullptr) json["virtual_contacts"] = r.known_samples;
+    if (r.certificate.find(Premise::Kind::known_solids) != nullptr || !r.is_outside.empty()) json["virtual_contacts"] = r.known_samples;
     if (part) json["part"] = summarise(*part);
     return json;
 }
@@ -170,6 +170,7 @@ std::string to_json(const Simulation& run, const std::optional<PartResult>& part
     truth["unsafe_moves"] = run.unsafe_moves;
     truth["moves"] = run.moves;
     truth["distance"] = run.distance;
+    if (run.moves_out_of_area) truth["moves_out_of_area"] = *run.moves_out_of_area;
     if (run.tool) truth["tool"] = to_json(*run.tool);
     return json.dump(2) + '\n';
 }

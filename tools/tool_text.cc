@@ -2,6 +2,8 @@
 
 #include <fmt/format.h>
 
+#include <array>
+#include <variant>
 #include <vector>
 
 #include "planner/number_text.h"
@@ -35,6 +37,24 @@ std::string describe(const Fixtures& fixtures) {
     std::string text = fmt::format("{}", fmt::join(texts, ", "));
     if (fixtures.clearance) text += fmt::format("; the tool keeps {:.6g} mm off them", *fixtures.clearance);
     return text + (fixtures.assume_clear ? "; nothing but the part stands on them" : "; what stands on them is looked for");
+}
+
+std::string describe_area(const Surroundings& surroundings) {
+    const Box box = surroundings.bounds();
+    const Vector size = box.max - box.min;
+    std::string text = fmt::format("{:.6g} x {:.6g} x {:.6g} mm of the ball's centre", size.x(), size.y(), size.z());
+    if (const auto* prism = std::get_if<Prism>(&*surroundings.area())) {
+        text += fmt::format(", in a polygon of {} corners and {:.6g} mm2", prism->corners.size(), size_of(*surroundings.area()));
+    }
+    constexpr std::array<std::array<const char*, 2>, 3> kNames{{{"-x", "+x"}, {"-y", "+y"}, {"below", "above"}}};
+    std::string ways;
+    for (std::size_t axis = 0; axis < 3; ++axis) {
+        for (const std::size_t end : {0U, 1U}) {
+            if (surroundings.faces().is_open.at(axis).at(end))
+                ways += fmt::format("{}{}", ways.empty() ? "" : ", ", kNames.at(axis).at(end));
+        }
+    }
+    return fmt::format("{}; the tool comes from {}", text, ways);
 }
 
 }  // namespace palpate

@@ -39,6 +39,12 @@ void require_triple(const Value& node, const Spot& spot) {
     }
 }
 
+void require_list(const Value& node, const Spot& spot) {
+    if (node.kind == Value::Kind::list) return;
+    fail(node.where, spot.path,
+         fmt::format("{} is not a list of pairs; allowed: [[x, y], ...], each number {}", spell(node), spot.allowed));
+}
+
 void require_row(const Value& node, const Spot& spot, std::size_t count) {
     if (node.kind == Value::Kind::list && node.children.size() == count) return;
     const std::string length = node.kind == Value::Kind::list ? fmt::format(" of {}", node.children.size()) : "";

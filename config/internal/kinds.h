@@ -17,6 +17,7 @@
 #include <span>
 #include <string>
 #include <string_view>
+#include <vector>
 
 #include "config/internal/key.h"
 #include "config/internal/numbers.h"
@@ -42,6 +43,8 @@ inline constexpr std::string_view kMappingRange = "a mapping of the keys below i
 [[noreturn]] void refuse_word(const Value& node, std::span<const std::string_view> words, const Spot& spot);
 // Throws ConfigError if `node` is no list of three.
 void require_triple(const Value& node, const Spot& spot);
+// Throws ConfigError if `node` is no list.
+void require_list(const Value& node, const Spot& spot);
 // Throws ConfigError if `node` is no list of so many.
 void require_row(const Value& node, const Spot& spot, std::size_t count);
 
@@ -85,6 +88,37 @@ struct Triple {
 };
 template <class Each>
 Triple(Each) -> Triple<Each>;
+
+// Points in a plane, x and y each.
+template <class Each>
+struct FlatPoints {
+    Each each;
+
+    [[nodiscard]] static std::string type() { return "list of pairs of numbers"; }
+    [[nodiscard]] std::string range(std::string_view unit) const { return each.range(unit); }
+    void read(const Value& node, const Spot& spot, std::vector<Eigen::Vector2d>& field) const {
+        require_list(node, spot);
+        field.clear();
+        for (std::size_t k = 0; k < node.children.size(); ++k) {
+            const std::string path = fmt::format("{}[{}]", spot.path, k);
+            require_row(node.children[k], {path, spot.allowed}, 2);
+            for (const std::size_t i : {0U, 1U}) {
+                double coordinate = 0;
+                each.read(node.children[k].children[i], {fmt::format("{}[{}]", path, i), spot.allowed}, coordinate);
+                (i == 0 ? field.emplace_back().x() : field.back().y()) = coordinate;
+            }
+        }
+    }
+    [[nodiscard]] std::string text(const std::vector<Eigen::Vector2d>& field) const {
+        std::string points;
+        for (const Eigen::Vector2d& p : field) {
+            points += fmt::format("{}[{}, {}]", points.empty() ? "" : ", ", each.text(p.x()), each.text(p.y()));
+        }
+        return fmt::format("[{}]", points);
+    }
+};
+template <class Each>
+FlatPoints(Each) -> FlatPoints<Each>;
 
 template <std::size_t kCount, class Each>
 struct Row {

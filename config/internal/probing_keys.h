@@ -4,6 +4,7 @@
 #include <algorithm>
 #include <array>
 #include <optional>
+#include <string>
 #include <string_view>
 #include <variant>
 
@@ -12,6 +13,7 @@
 #include "config/internal/tool_keys.h"
 #include "config/session_config.h"
 #include "config/strategy_names.h"
+#include "planner/area.h"
 #include "planner/options.h"
 
 namespace palpate::yaml {
@@ -93,6 +95,23 @@ void describe(Archive& keys, Budget& budget) {
                OrNull{Number{kPositive}});
     keys.value({"machine_time", "the same for the machine's time, reckoned with machine.feeds", Need::optional, kSeconds},
                budget.machine_time, OrNull{Number{kPositive}});
+}
+
+template <class Archive>
+void describe(Archive& keys, Prism& prism) {
+    keys.value({"corners", "x and y of its corners, in order, either way around; it need not be convex", Need::required, kMillimetres},
+               prism.corners, FlatPoints{Number{kCoordinate}});
+    keys.value({"z", "from this height to that one", Need::optional, kMillimetres}, prism.z, Row<2, Number>{Number{kCoordinate}});
+    const std::string problem = problem_of(prism.corners);
+    keys.require(problem.empty(), "corners", problem);
+    keys.require(prism.z[0] < prism.z[1], "z", "does not rise; allowed: [low, high], high greater than low (mm)");
+}
+
+template <class Archive>
+void describe(Archive& keys, Area& area) {
+    alternative<Box>(keys, {"box", "a box along the axes"}, area);
+    alternative<Prism>(keys, {"polygon", "all that lies above and below a polygon as seen along z"}, area);
+    keys.require_one_alternative();
 }
 
 template <class Archive>

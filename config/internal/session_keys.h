@@ -23,6 +23,10 @@ void describe(Archive& keys, ResultSpec& results) {
                results.part, Word{kPartWords});
 }
 
+[[nodiscard]] inline bool overlap(const Box& a, const Box& b) {
+    return (a.min.array() < b.max.array()).all() && (a.max.array() > b.min.array()).all();
+}
+
 template <class Archive>
 void describe(Archive& keys, SessionConfig& config) {
     mapping(keys, {"object", "the hidden object of a simulation or of a virtual machine", Need::optional, "", "none", Layout::block},
@@ -48,7 +52,19 @@ void describe(Archive& keys, SessionConfig& config) {
          Need::optional, "", "auto", are_given(config.fixtures) ? Layout::block : Layout::flow},
         kWorkspaceWords, is_auto ? std::optional<std::size_t>(0) : std::nullopt,
         [&](Archive& inner) { describe(inner, config.workspace, config.fixtures); });
-    mapping(keys, {.name = "probing", .meaning = "the task", .need = Need::required, .layout = Layout::block}, config.probing);
+    keys.mapping({.name = "probing", .meaning = "the task", .need = Need::required, .layout = Layout::block}, true, [&](Archive& inner) {
+        describe(inner, config.probing);
+        mapping(inner,
+                {"area",
+                 "places of the tool's centre: only what lies within is probed, what is outside is never entered, and the result is open "
+                 "there; with workspace.box only",
+                 Need::optional, "", "none"},
+                config.area);
+        const auto* const box = std::get_if<Box>(&config.workspace);
+        inner.require(!config.area || box != nullptr, "area", "has no box around it; allowed: with workspace.box only");
+        inner.require(!config.area || box == nullptr || overlap(bounds_of(*config.area), *box), "area",
+                      "lies outside workspace.box; allowed: one that has some of it");
+    });
     if (keys.wants(config.results != ResultSpec{})) {
         mapping(keys, {"results", "what is made of what was touched", Need::optional, "", "closed"}, config.results);
     }

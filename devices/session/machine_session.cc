@@ -269,10 +269,10 @@ void check_start(const Surroundings& surroundings, const Box& limits, const Poin
         throw SetupError(fmt::format("the tool is at {}, outside machine.limits, {} to {}: move it inside them by hand, then start again",
                                      point_text(start), point_text(limits.min), point_text(limits.max)));
     }
-    if (surroundings.known().is_buried(start)) {
+    if (surroundings.known().is_barred(start)) {
         throw SetupError(
-            fmt::format("the tool is at {}, below a table or behind a half-space of workspace.fixtures: check these, or move it out",
-                        point_text(start)));
+            fmt::format("the tool is at {}, below a table or behind a half-space of workspace.fixtures{}: check these, or move it out",
+                        point_text(start), surroundings.area() ? ", or beside probing.area" : ""));
     }
     if (surroundings.is_free(start)) return (void)surroundings.nearest_entry(start);
     throw SetupError(

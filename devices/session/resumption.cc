@@ -260,7 +260,8 @@ private:
             const Eigen::Vector3i step(k % 3 - 1, k / 3 % 3 - 1, k / 9 - 1);
             const Vector direction = step.cast<double>().normalized();
             if (direction.isZero()) continue;
-            if (const auto chord = surroundings_.unknown_part(from, direction)) ways.emplace_back(chord->high, direction);
+            const auto chord = surroundings_.unknown_part(from, direction);
+            if (chord && !surroundings_.first_known({from, from + chord->high * direction})) ways.emplace_back(chord->high, direction);
         }
         std::ranges::sort(ways, {}, &std::pair<double, Vector>::first);
         for (const auto& [length, direction] : ways) {

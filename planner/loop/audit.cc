@@ -13,8 +13,8 @@ std::size_t Audit::quota(std::size_t inferred, std::size_t samples) const {
     return std::min({std::max(of_facets, std::min(kLeast, of_samples)), kEnough, inferred});
 }
 
-std::vector<Audit::Facet> Audit::draw(std::vector<Facet> inferred, std::size_t samples) {
-    const std::size_t wanted = quota(inferred.size() + touched_, samples);
+std::vector<Audit::Facet> Audit::draw(std::vector<Facet> inferred, std::size_t samples, std::optional<std::size_t> counted) {
+    const std::size_t wanted = quota(inferred.size() + touched_, counted.value_or(samples));
     // Whatever order they come in.
     std::ranges::sort(inferred);
     std::erase_if(inferred, [&](const Facet& facet) { return drawn_.contains(facet); });

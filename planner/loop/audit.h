@@ -7,6 +7,7 @@
 #include <array>
 #include <cstddef>
 #include <cstdint>
+#include <optional>
 #include <random>
 #include <set>
 #include <vector>
@@ -31,8 +32,8 @@ public:
     [[nodiscard]] std::size_t quota(std::size_t inferred, std::size_t samples) const;
     // Those to touch now, none of which was drawn before; empty once enough were touched, or none is left to draw from. Where a touch led
     // to surface that nobody knew of, its facets are drawn from as the others were. `inferred`: all facets that are inferred by now, none
-    // twice.
-    [[nodiscard]] std::vector<Facet> draw(std::vector<Facet> inferred, std::size_t samples);
+    // twice. `samples`: all by now; the quota is of `counted`, or of all.
+    [[nodiscard]] std::vector<Facet> draw(std::vector<Facet> inferred, std::size_t samples, std::optional<std::size_t> counted = {});
     // A facet that was drawn was touched.
     void note(bool agrees);
     // No way led to one.

@@ -376,10 +376,20 @@ Result ProbingLoop::result() {
     evidence.seeds_given = !options_.seed_rays.empty();
     evidence.touch_error = traits_.touch_error;
     const Surroundings& surroundings = state_.surroundings();
-    evidence.has_known_solids = !surroundings.known().empty();
+    evidence.has_fixtures = surroundings.known().has_fixtures();
+    evidence.has_area = surroundings.area().has_value();
     evidence.assumes_clear = surroundings.assumes_clear();
     evidence.known_samples =
         static_cast<std::size_t>(std::ranges::count_if(head_.touches(), [](const Touch& touch) { return touch.is_known && touch.sample; }));
+    std::vector<std::uint8_t> is_outside;  // by sample
+    if (surroundings.area()) {
+        is_outside.resize(state_.sample_count());
+        for (std::uint32_t s = 0; s < is_outside.size(); ++s) {
+            const bool is_in = is_inside(*surroundings.area(), state_.sample(s), KnownSolids::kGap * options_.epsilon);
+            is_outside[s] = state_.is_known(s) && !is_in ? 1 : 0;
+            evidence.wall_samples += is_outside[s];
+        }
+    }
     result.certificate = certify(options_, result.topology, evidence);
     // A front that a budget stopped has open edges everywhere, and no epsilon would mend them.
     if (stopped_by_.empty()) {
@@ -393,6 +403,10 @@ Result ProbingLoop::result() {
     result.lower_bound_displacement = static_cast<double>(result.samples - 1) * options_.epsilon;
     result.mesh = std::move(surface.mesh);
     result.sample_of = std::move(surface.sample_of);
+    result.area = surroundings.area();
+    if (surroundings.area()) {
+        for (const std::uint32_t s : result.sample_of) result.is_outside.push_back(is_outside[s]);
+    }
     result.ball_radii = std::move(surface.ball_radii);
     return result;
 }

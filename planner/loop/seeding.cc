@@ -21,6 +21,8 @@ constexpr int kCentred = 8;
 // First touches besides the seed facets that the triangulation starts with. More cost travel around ω and change
 // nothing that lasts; fewer leave the first Voronoi edges long.
 constexpr std::size_t kExtraTouches = 3;
+// rad: the golden angle, between ways to the walls of an area.
+constexpr double kTurn = 2.399963229728653;
 // The vertices of a seed facet are touched along parallel rays this fraction of ε apart; on a slope they are farther
 // apart than the rays, so that is halved until they keep kSeedSize.
 constexpr double kRaySpacing = 0.25;
@@ -29,6 +31,14 @@ constexpr int kMaxHalvings = 5;
 static_assert(kRaySpacing / (1 << kMaxHalvings) >= kSeedSpacing, "touches on parallel rays are at least as far apart as the rays");
 
 std::string text(const Point& p) { return fmt::format("({:.6g}, {:.6g}, {:.6g})", p.x(), p.y(), p.z()); }
+
+// Fractions of a square's sides, well spread from its middle on: Roberts' R2 sequence (the plastic number's powers).
+std::array<double, 2> plane_fractions(int k) {
+    constexpr double kFirst = 0.7548776662466927;
+    constexpr double kSecond = 0.5698402909980532;
+    const auto fraction = [](double x) { return x - std::floor(x); };
+    return {fraction(0.5 + k * kFirst), fraction(0.5 + k * kSecond)};
+}
 
 struct Ray {
     Point origin = Point::Zero();
@@ -97,6 +107,31 @@ private:
         return {region().center() + aside, -spread_direction(k)};
     }
 
+    // Straight into the area, or with `aside` a wall, from a place of the face that leads into it: from above, if that one does.
+    [[nodiscard]] Ray ray_into_area(int k, bool aside) const {
+        const Surroundings& surroundings = context_.space.delaunay().surroundings();
+        const Box box = surroundings.bounds();
+        int axis = 2;
+        bool at_max = true;
+        const auto leads_in = [&] { return surroundings.faces().is_open.at(static_cast<std::size_t>(axis)).at(at_max ? 1 : 0); };
+        for (int face = 5; !leads_in() && face >= 0; --face) {
+            axis = face / 2;
+            at_max = face % 2 == 1;
+        }
+        const Vector size = box.max - box.min;
+        const Vector inwards = (at_max ? -1 : 1) * Vector::Unit(axis);
+        const auto [one, other] = plane_fractions(k);
+        Ray ray{at_max ? box.max : box.min, inwards};
+        ray.origin[(axis + 1) % 3] = box.min[(axis + 1) % 3] + one * size[(axis + 1) % 3];
+        ray.origin[(axis + 2) % 3] = box.min[(axis + 2) % 3] + other * size[(axis + 2) % 3];
+        if (!aside) return ray;
+        const Vector across = std::cos(kTurn * k) * Vector::Unit((axis + 1) % 3) + std::sin(kTurn * k) * Vector::Unit((axis + 2) % 3);
+        const double width = std::max(size[(axis + 1) % 3], size[(axis + 2) % 3]);
+        ray.direction = (across + (0.1 + 0.9 * other) * size[axis] / width * inwards).normalized();
+        return ray;
+    }
+    [[nodiscard]] bool has_area() const { return context_.space.delaunay().surroundings().area().has_value(); }
+
     void add(const ProbeHead::Answer& answer, const Ray& ray) {
         samples_.push_back(answer.position);
         touches_.push_back(answer.touch);
@@ -105,8 +140,15 @@ private:
 
     void seed_by_centre_ray() {
         while (next_ray_ < kMaxRays) {
-            const Ray ray = centre_ray(next_ray_++);
+            const Ray ray = has_area() ? ray_into_area(next_ray_, false) : centre_ray(next_ray_);
+            ++next_ray_;
             if (const auto first = touch(context_, ray)) return add(*first, ray);
+        }
+        if (has_area()) {
+            throw SeedError(fmt::format(
+                "none of {} rays straight into the area touched anything but its walls and fixtures: give probing.seed_rays, one ray that "
+                "meets the object there per component, or move probing.area",
+                kMaxRays));
         }
         throw SeedError(
             fmt::format("none of {} rays towards the centre of the workspace, {}, touched anything: give probing.seed_rays, one ray that "
@@ -126,8 +168,8 @@ private:
         const auto first = touch(context_, ray);
         if (!first) {
             throw SeedError(fmt::format(
-                "{} touches nothing inside the workspace before it ends: correct probing.seed_rays so that every ray meets the object",
-                name));
+                "{} touches nothing inside the {} before it ends: correct probing.seed_rays so that every ray meets the object{}", name,
+                has_area() ? "area" : "workspace", has_area() ? ", on a way that comes in over a face that the area reaches" : ""));
         }
         // The same place twice would give two seed facets in each other's way. If it may be another component, that matters.
         const double nearest = distance_to_samples(first->position);
@@ -143,7 +185,10 @@ private:
     void add_others() {
         std::size_t wanted = samples_.size() + kExtraTouches;
         for (int k = 0; k < kMaxRays && (samples_.size() < wanted || !spans_space()); ++k) {
-            Ray ray = k >= kCentred && k % 4 == 0 ? ray_aside(k) : k % 2 == 0 ? centre_ray(next_ray_++) : ray_below_first_touch(k);
+            Ray ray = has_area() && k % 4 < 3       ? ray_into_area(k, k % 4 > 0)
+                      : k >= kCentred && k % 4 == 0 ? ray_aside(k)
+                      : k % 2 == 0                  ? centre_ray(next_ray_++)
+                                                    : ray_below_first_touch(k);
             ray.may_be_known = true;
             const auto first = touch(context_, ray);
             if (first && is_spaced(first->position)) add(*first, ray);
@@ -239,12 +284,10 @@ bool touch_dual_edge(const Context& context, const SeedFacet& facet) {
 }  // namespace
 
 Vector spread_direction(int k) {
-    // Roberts' R2 sequence (the plastic number's powers), mapped to the sphere preserving area.
-    constexpr double kFirst = 0.7548776662466927;
-    constexpr double kSecond = 0.5698402909980532;
-    const auto fraction = [](double x) { return x - std::floor(x); };
-    const double z = 1 - 2 * fraction(0.5 + (k + 1) * kFirst);
-    const double longitude = 2 * std::numbers::pi * fraction(0.5 + (k + 1) * kSecond);
+    // Mapped to the sphere preserving area.
+    const auto [height, turn] = plane_fractions(k + 1);
+    const double z = 1 - 2 * height;
+    const double longitude = 2 * std::numbers::pi * turn;
     const double flat = std::sqrt(1 - z * z);
     return {flat * std::cos(longitude), flat * std::sin(longitude), z};
 }

@@ -64,6 +64,7 @@ void SurfaceGrowth::note_seeds(std::size_t first) {
 
 void SurfaceGrowth::note_insertion(const MaintainedDelaunay::Insertion& insertion, const Touch& touch) {
     model_.note_sample(insertion.sample, touch.from - touch.position);
+    if (touch.is_known && state_.surroundings().area()) ++wall_samples_;
     front_.note_insertion(insertion);
 }
 
@@ -180,14 +181,14 @@ bool SurfaceGrowth::begin_audit() {
     for_each_inferred([&](DirectedEdge e) {
         if (!is_known(e)) inferred.push_back(in_order(state_.facet_samples(e)));
     });
-    const std::vector<Audit::Facet> drawn = audit_.draw(std::move(inferred), state_.sample_count());
+    const std::vector<Audit::Facet> drawn = audit_.draw(std::move(inferred), state_.sample_count(), counted_samples());
     for (const Audit::Facet& facet : drawn) front_.note_audit(*state_.find_facet(facet[0], facet[1], facet[2]));
     return !drawn.empty();
 }
 
 std::uint64_t SurfaceGrowth::audits_left() const {
     constexpr std::size_t kFacetsPerSample = 2;  // nearly all of them are inferred
-    const std::size_t quota = audit_.quota(kFacetsPerSample * state_.sample_count(), state_.sample_count());
+    const std::size_t quota = audit_.quota(kFacetsPerSample * counted_samples(), counted_samples());
     return can_touch() && quota > audit_.touched() ? quota - audit_.touched() : 0;
 }
 

@@ -105,7 +105,11 @@ private:
     SurfaceModel& model_;                               // the one that there is
     AdvancingFront front_;
     NearTravel travel_;
+    // Of those so far: not on walls around an area, which are no part of the object.
+    [[nodiscard]] std::size_t counted_samples() const { return state_.sample_count() - wall_samples_; }
+
     Audit audit_;
+    std::size_t wall_samples_ = 0;
     bool grows_;
     ReachEvidence evidence_;
 };

@@ -22,6 +22,7 @@ constexpr double kMostTurn = 0.95 * std::numbers::pi;
 PartTag tag_of(const TracedSurface& traced, const std::vector<TouchedPoint>& touched, std::size_t facet, double epsilon) {
     const auto& corners = traced.mesh.triangles[facet];
     const auto count = [&](PartTag tag) { return std::ranges::count_if(corners, [&](auto v) { return touched[v].tag == tag; }); };
+    if (count(PartTag::untouched) > 0) return PartTag::untouched;
     const auto fixtures = count(PartTag::fixture);
     if (fixtures > 0) return fixtures == 3 ? PartTag::fixture : PartTag::untouched;
     if (count(PartTag::shadow) > 0) return PartTag::shadow;

@@ -53,8 +53,11 @@ PartReport report_on(const PartSurface& part) {
     return report;
 }
 
-PartSurface without_unmeasured(const PartSurface& closed) {
-    const auto stays = [&](std::size_t facet) { return is_measured(closed.facet_tags[facet]); };
+namespace {
+
+// Of the facets that stay. Points that none of them uses go.
+template <class Stays>
+PartSurface only(const PartSurface& closed, Stays stays) {
     constexpr auto kNone = static_cast<std::uint32_t>(-1);
     PartSurface open;
     std::vector<std::uint32_t> number(closed.mesh.points.size(), kNone);
@@ -79,6 +82,18 @@ PartSurface without_unmeasured(const PartSurface& closed) {
         open.facet_tags.push_back(closed.facet_tags[f]);
     }
     return open;
+}
+
+}  // namespace
+
+PartSurface without_unmeasured(const PartSurface& closed) {
+    return only(closed, [&](std::size_t facet) { return is_measured(closed.facet_tags[facet]); });
+}
+
+PartSurface without_outside(const PartSurface& closed) {
+    return only(closed, [&](std::size_t facet) {
+        return std::ranges::none_of(closed.mesh.triangles[facet], [&](std::uint32_t v) { return closed.tags[v] == PartTag::untouched; });
+    });
 }
 
 }  // namespace palpate

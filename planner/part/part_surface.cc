@@ -31,6 +31,7 @@ void check(const TracedSurface& traced, const ToolShape& tool, const Compensatio
     }
     for (const Point& p : traced.mesh.points) require(p.allFinite(), "a point of the traced surface is not finite");
     require(traced.is_fixture.empty() || traced.is_fixture.size() == points, "is_fixture is not as long as the mesh's points");
+    require(traced.is_outside.empty() || traced.is_outside.size() == points, "is_outside is not as long as the mesh's points");
     require(traced.to_tool.empty() || traced.to_tool.size() == points, "to_tool is not as long as the mesh's points");
     require(std::isfinite(tool.ball_diameter) && tool.ball_diameter > 0, "the ball's diameter is not positive and finite");
     require(!tool.stylus || (tool.stylus->diameter > 0 && tool.stylus->length > 0), "the stylus has no positive diameter and length");
@@ -90,9 +91,13 @@ Compensation compensate(const TracedSurface& traced, const ToolShape& tool, cons
             if (result.touched[v].tag == PartTag::shadow) sweeps[v] = Sweep::shank;
         }
     }
+    for (std::size_t v = 0; v < traced.is_outside.size(); ++v) {
+        if (traced.is_outside[v] != 0) result.touched[v].tag = PartTag::untouched;
+    }
     result.closed = assemble(traced, result.touched, options.epsilon);
     split_bridges(result.closed, traced, radius);
     join_near_points(result.closed, kSamePlace * options.epsilon);
+    if (!traced.is_outside.empty()) result.closed = without_outside(result.closed);
     add_chords(result.closed);
     find_crossings(result.closed);
     result.report = report_on(result.closed);

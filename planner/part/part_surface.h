@@ -5,8 +5,10 @@
 #include <array>
 #include <cstdint>
 #include <limits>
+#include <optional>
 #include <vector>
 
+#include "planner/area.h"
 #include "planner/geometry.h"
 #include "planner/tool_shape.h"
 
@@ -19,7 +21,7 @@ enum class PartTag : std::uint8_t {
     ambiguous,  // ball and shank explain the touches equally well
     fixture,    // a fixture, known without a touch
     bridged,    // an inner edge, narrower than the ball reaches
-    untouched,  // between a fixture and touches, or wider than epsilon: no touch stands for it
+    untouched,  // between a fixture and touches, or wider than epsilon: no touch stands for it; of a point: outside
 };
 inline constexpr std::size_t kPartTags = 6;
 [[nodiscard]] const char* name_of(PartTag tag);
@@ -30,6 +32,8 @@ struct TracedSurface {
     TriangleMesh mesh;                     // closed; its points are places of the ball's centre
     std::vector<std::uint8_t> is_fixture;  // per point: 1 on a grown fixture, known without a touch. Empty: none is
     std::vector<Vector> to_tool;           // per point: unit, to where the tool came from; zero: not known. Empty: none is
+    std::vector<std::uint8_t> is_outside;  // per point: 1 on a wall around the area that alone was probed. Empty: none is
+    std::optional<Area> area;              // that one
 };
 
 struct CompensationOptions {
@@ -64,7 +68,7 @@ struct PartReport {
 
 struct Compensation {
     std::vector<TouchedPoint> touched;  // per point of S*
-    PartSurface closed;                 // with shadows and fixtures
+    PartSurface closed;                 // with shadows and fixtures; open where points are outside
     PartReport report;                  // of `closed`
 };
 
@@ -77,5 +81,8 @@ struct Compensation {
 
 // Without shadows, what may be one, fixtures and what was not touched: a surface with boundary. Points that no facet uses go.
 [[nodiscard]] PartSurface without_unmeasured(const PartSurface& closed);
+
+// Without facets at points that are outside.
+[[nodiscard]] PartSurface without_outside(const PartSurface& closed);
 
 }  // namespace palpate

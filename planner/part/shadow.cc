@@ -252,12 +252,21 @@ private:
         verdicts_[v] = {tag, true, rod.radius, out};
         follow(v);
     }
+    // What stands there was not looked at, at no height.
+    [[nodiscard]] bool is_beyond_area(const Point& p) const {
+        if (!traced_.area) return false;
+        const Box box = bounds_of(*traced_.area);
+        return !is_inside(*traced_.area, {p.x(), p.y(), std::clamp(p.z(), box.min.z(), box.max.z())}, 0);
+    }
     // What juts out above a wall was touched by the rod, wherever facets are too coarse to show its place.
     void doubt_wall(std::uint32_t v) {
         if (std::abs(frame_.normals[v].z()) > kWall + std::sin(off_of(v))) return;
         const Vector out = out_of(v);
         for (const Rod& rod : rods_) {
             const double differs = radius_ - rod.radius;
+            if (differs > 0 && is_beyond_area(traced_.mesh.points[v] - rod.radius * (frame_.turn.conjugate() * out))) {
+                return doubt(v, PartTag::ambiguous, rod, out);
+            }
             if (differs <= 0 || is_free_above(v, beside(differs) * out, rod, kTrust)) continue;
             const bool is_clear =
                 differs > 3 * kToldApart * options_.noise && !is_free_above(v, kClearlyBeside * differs * out, rod, kClearTrust);

@@ -109,6 +109,49 @@ TEST_F(Reader, ReadsToolsAndFixtures) {
     EXPECT_FALSE(config.fixtures.assume_clear);
 }
 
+TEST_F(Reader, ReadsAreas) {
+    EXPECT_FALSE(read(kProbing).area);
+    EXPECT_EQ(write_config(read(kProbing)).find("area"), std::string::npos) << "what is not given is not written";
+    const std::string begin = "workspace: {box: {min: [0, 0, 0], max: [9, 9, 9]}}\nprobing:\n  epsilon: 1\n  area: ";
+    const SessionConfig box = read(begin + "{box: {min: [1, 2, 3], max: [4, 5, 99]}}\n");
+    EXPECT_EQ(std::get<Box>(box.area.value()).max, Point(4, 5, 99));
+    EXPECT_EQ(box.probing.strategy.infer, Strategy::Infer::adaptive) << "walls make creases";
+    const SessionConfig polygon = read(begin + "{polygon: {corners: [[1, 2], [8, 2], [3, 7]], z: [4, 20]}}\n");
+    const auto& prism = std::get<Prism>(polygon.area.value());
+    ASSERT_EQ(prism.corners.size(), 3U);
+    EXPECT_EQ(prism.corners[2], Eigen::Vector2d(3, 7));
+    EXPECT_EQ(prism.z[1], 20);
+    const SessionConfig any_height = read(begin + "{polygon: {corners: [[1, 2], [8, 2], [3, 7]]}}\n");
+    EXPECT_EQ(std::get<Prism>(any_height.area.value()).z[0], -1'000'000);
+}
+
+TEST_F(Reader, RefusesAreasThatCannotBe) {
+    const auto area = [this](const std::string& value, const std::string& workspace = "{box: {min: [0, 0, 0], max: [9, 9, 9]}}") {
+        return complaint("workspace: " + workspace + "\nprobing: {epsilon: 1, area: " + value + "}\n");
+    };
+    const std::string start = "s.yaml:2: probing.area";
+    EXPECT_EQ(area("{}"), start + ": holds none of its alternatives; allowed: exactly one of box, polygon");
+    EXPECT_EQ(area("{box: {min: [1, 1, 1], max: [2, 2, 2]}}", "{ball: {center: [0, 0, 0], radius: 9}}"),
+              start + ": has no box around it; allowed: with workspace.box only");
+    EXPECT_EQ(area("{box: {min: [1, 1, 1], max: [2, 2, 2]}}", "auto"), start + ": has no box around it; allowed: with workspace.box only");
+    EXPECT_EQ(area("{box: {min: [1, 1, 9], max: [2, 2, 12]}}"), start + ": lies outside workspace.box; allowed: one that has some of it");
+    EXPECT_EQ(area("{box: {min: [1, 1, 3], max: [2, 2, 3]}}"),
+              start + ".box.max: is not greater than min in each coordinate; allowed: greater than min in x, y and z (mm)");
+    const std::string allowed = "; allowed: at least 3 corners, in order around the area, with edges that do not meet elsewhere (mm)";
+    EXPECT_EQ(area("{polygon: {corners: [[1, 1], [2, 2]]}}"), start + ".polygon.corners: has 2 corner(s)" + allowed);
+    EXPECT_EQ(area("{polygon: {corners: [[0, 0], [2, 2], [2, 0], [0, 2]]}}"),
+              start + ".polygon.corners: crosses itself, or goes back along itself" + allowed);
+    EXPECT_EQ(area("{polygon: {corners: [[1, 1], [2, 1], [2, 2]], z: [3, 3]}}"),
+              start + ".polygon.z: does not rise; allowed: [low, high], high greater than low (mm)");
+    EXPECT_EQ(area("{polygon: {corners: [[1, 1], [2, 1], [2]]}}"),
+              start +
+                  ".polygon.corners[2]: a list of 1 is not a list of 2 numbers; allowed: 2 numbers in brackets, each from -1000000 to "
+                  "1000000 (mm)");
+    EXPECT_EQ(area("{polygon: {corners: 5}}"),
+              start + ".polygon.corners: 5 is not a list of pairs; allowed: [[x, y], ...], each number from -1000000 to 1000000 (mm)");
+    EXPECT_EQ(area("{polygon: {z: [1, 2]}}"), start + ".polygon.corners: is required; allowed: from -1000000 to 1000000 (mm)");
+}
+
 TEST_F(Reader, ReadsErrorsOfASimulatedProbe) {
     const std::string begin =
         "tool: {ball: {diameter: 2}, stylus: {diameter: 1, length: 20, axis: [0, 3, 4]}}\nprobing: {epsilon: 1}\nrandom_seed: 7\n";

@@ -134,6 +134,22 @@ Fixtures random_fixtures(Random& random, const Box& workspace) {
     return fixtures;
 }
 
+// Around the workspace's middle.
+Area random_area(Random& random, const Box& workspace) {
+    const Point middle = workspace.center();
+    const auto share = [&] { return std::uniform_real_distribution<double>(0.1, 0.9)(random); };
+    const Vector half = (workspace.max - workspace.min) / 2;
+    if (flip(random)) return Box{middle - share() * half, middle + share() * half};
+    Prism prism;
+    const std::uint64_t corners = 3 + random() % 5;
+    for (std::uint64_t k = 0; k < corners; ++k) {
+        const double angle = 6.28 * static_cast<double>(k) / static_cast<double>(corners);
+        prism.corners.emplace_back(middle.x() + share() * half.x() * std::cos(angle), middle.y() + share() * half.y() * std::sin(angle));
+    }
+    if (flip(random)) prism.z = {middle.z() - share() * half.z(), middle.z() + share() * half.z()};
+    return prism;
+}
+
 int any_speed(Random& random) {
     constexpr std::array<int, 5> kSpeeds = {1200, 19200, 115200, 921600, 1500000};
     return kSpeeds[random() % kSpeeds.size()];
@@ -246,6 +262,11 @@ public:
     }
     void add(const Ball& b) { add_all(b.center, b.radius); }
     void add(const Box& b) { add_all(b.min, b.max); }
+    void add(const Prism& p) {
+        add(std::uint64_t{p.corners.size()});
+        for (const Eigen::Vector2d& corner : p.corners) add_all(corner.x(), corner.y());
+        add_all(p.z[0], p.z[1]);
+    }
     template <class... Kinds>
     void add(const std::variant<Kinds...>& value) {
         add(std::uint64_t{value.index()});
@@ -317,6 +338,8 @@ std::vector<std::string> flatten(const SessionConfig& config) {
     flat.add(std::uint64_t{config.errors.has_value()});
     if (config.errors) flat.add(*config.errors);
     flat.add_all(config.workspace, config.fixtures, config.probing, config.probing.random_seed);
+    flat.add(std::uint64_t{config.area.has_value()});
+    if (config.area) flat.add(*config.area);
     return flat.words();
 }
 
@@ -386,6 +409,7 @@ SessionConfig random_config(std::mt19937_64& random) {
     if (flip(random)) config.errors = random_errors(random);
     config.workspace = random_workspace(random);
     if (const auto* box = std::get_if<Box>(&config.workspace)) config.fixtures = random_fixtures(random, *box);
+    if (const auto* box = std::get_if<Box>(&config.workspace); box != nullptr && flip(random)) config.area = random_area(random, *box);
     Options& probing = config.probing;
     probing.epsilon = length(random);
     if (flip(random)) {
@@ -393,7 +417,7 @@ SessionConfig random_config(std::mt19937_64& random) {
     }
     probing.strategy.refine = flip(random) ? Strategy::Refine::eager : Strategy::Refine::exhaustive;
     probing.strategy.explore = flip(random) ? Strategy::Explore::closure : Strategy::Explore::exhaustive;
-    if (!config.fixtures.solids.empty()) probing.strategy.infer = Strategy::Infer::adaptive;  // which `auto` is read as then
+    if (!config.fixtures.solids.empty() || config.area) probing.strategy.infer = Strategy::Infer::adaptive;  // which `auto` is read as then
     for (std::uint64_t i = random() % 3; i > 0; --i) {
         probing.seed_rays.push_back({any_point(random), any_point(random)});
         probing.seed_rays.back().target.x() = probing.seed_rays.back().source.x() + 1;

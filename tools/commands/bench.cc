@@ -39,9 +39,9 @@ ExitCode run(const BenchCommand& command, Output& output) {
     std::vector<std::pair<SessionConfig, Scene>> scenes;
     for (const auto& file : command.configs) {
         SessionConfig config = read_config(file, command.overrides);
-        if (config.tool || !config.fixtures.solids.empty()) {
+        if (config.tool || !config.fixtures.solids.empty() || config.area) {
             throw SetupError(
-                fmt::format("{}: tool, workspace.fixtures: results are compared with the object, of which a tool touches "
+                fmt::format("{}: tool, workspace.fixtures, probing.area: results are compared with the object, of which a tool touches "
                             "something else; leave them out",
                             file.string()));
         }

@@ -23,10 +23,11 @@ namespace palpate {
 namespace {
 
 // What is known of the tool and around the part, if anything is.
-void tell_tool(const SessionConfig& config, std::ostream& out) {
+void tell_tool(const SessionConfig& config, const Surroundings& surroundings, std::ostream& out) {
     if (config.tool) out << "tool           " << describe(*config.tool) << '\n';
     if (config.probe_calibration) out << "calibration    " << describe(*config.probe_calibration) << '\n';
     if (!config.fixtures.solids.empty()) out << "fixtures       " << describe(config.fixtures) << '\n';
+    if (surroundings.area()) out << "area           " << describe_area(surroundings) << '\n';
 }
 
 // What a session would say against the place where the tool is; nothing if it would not, or if nobody knows the place yet.
@@ -49,7 +50,7 @@ ExitCode check_machine(const CheckCommand& command, const SessionConfig& config,
         << "epsilon        " << config.probing.epsilon << " mm; touches are taken to be exact to " << config.traits().touch_error << " mm\n"
         << "stopping       " << stopping_distance(k, k.feeds.travel_mm_per_s) << " mm from travel, "
         << stopping_distance(k, k.feeds.probe_mm_per_s) << " mm from a touch; the probe gives way by " << k.overtravel_mm << " mm\n";
-    tell_tool(config, out);
+    tell_tool(config, workspace, out);
     if (config.object) (void)tool_scene(config, HiddenObject(*config.object));
     check_connection(*config.machine);
     if (command.offline) {
@@ -123,7 +124,7 @@ ExitCode run(const CheckCommand& command, Output& output) {
         << (probing.seed_rays.empty() ? "rays towards the centre of the workspace"
                                       : fmt::format("{} seed ray(s)", probing.seed_rays.size()))
         << "; they touch the object\n";
-    tell_tool(config, out);
+    tell_tool(config, scene.workspace, out);
     out << "the configuration is good\n";
     return ExitCode::done;
 }

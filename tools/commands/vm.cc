@@ -18,6 +18,7 @@
 
 #include "config/reader.h"
 #include "devices/errors.h"
+#include "sim/area_audit.h"
 #include "sim/machines/grbl/grbl_host.h"
 #include "sim/machines/modbus/virtual_modbus.h"
 #include "tools/commands/commands.h"
@@ -57,7 +58,13 @@ VirtualToolOptions tool_options(const SessionConfig& config, const Region& works
     return options;
 }
 
-Json audit_of(const VirtualToolAudit& audit, const std::optional<ToolAudit>& body) {
+// Of tools with a body, and of areas that alone are to be probed.
+struct BodyAudits {
+    std::optional<ToolAudit> tool;
+    std::optional<AreaAudit> area;
+};
+
+Json audit_of(const VirtualToolAudit& audit, const BodyAudits& body) {
     Json json{{"moves", audit.moves},
               {"unguarded_moves", audit.unguarded_moves},
               {"outside_limits", audit.outside_limits},
@@ -66,7 +73,8 @@ Json audit_of(const VirtualToolAudit& audit, const std::optional<ToolAudit>& bod
               {"deepest_mm", audit.deepest_mm},
               {"deepest_end_mm", audit.deepest_end_mm},
               {"distance_mm", audit.distance_mm}};
-    if (body) json["tool"] = to_json(body->account());
+    if (body.area) json["moves_out_of_area"] = body.area->moves_out();
+    if (body.tool) json["tool"] = to_json(body.tool->account());
     return json;
 }
 
@@ -152,7 +160,7 @@ int port_of(const std::string& where) {
 struct Axes {
     const Obstacle& obstacle;
     VirtualToolOptions options;
-    const std::optional<ToolAudit>& body;
+    const BodyAudits& body;
 };
 
 void run_grbl(const VmCommand& command, const Axes& axes, StopSignals& signals, std::ostream& out) {
@@ -235,12 +243,17 @@ ExitCode run(const VmCommand& command, Output& output) {
     if (command.modbus.empty()) owner.emplace(command.grbl.empty() ? command.modbus_rtu : command.grbl);
     const Scene scene = build_scene(config);
     const std::optional<ToolScene> tool = tool_scene(config, scene.object);
-    std::optional<ToolAudit> body;
+    BodyAudits body;
     Axes axes{obstacle_of(scene.object, tool), tool_options(config, scene.workspace.region()), body};
     if (tool) {
         const MotionModel& motion = config.machine->motion;
-        body.emplace(tool->depths, motion.overtravel_mm + motion.resolution_mm + ToolAudit::kTolerance_mm);
-        axes.options.on_move = [&body](const Segment& way, bool touched) { body->record(way, touched); };
+        const double tolerance = motion.overtravel_mm + motion.resolution_mm + ToolAudit::kTolerance_mm;
+        body.tool.emplace(tool->depths, tolerance);
+        if (config.area) body.area.emplace(*config.area, std::get<Box>(config.workspace), motion.resolution_mm + ToolAudit::kTolerance_mm);
+        axes.options.on_move = [&body](const Segment& way, bool touched) {
+            body.tool->record(way, touched);
+            if (body.area) body.area->record(way);
+        };
     }
     if (command.grbl.empty()) {
         const auto* modbus = std::get_if<ModbusSpec>(&config.machine->connection);
