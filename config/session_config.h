@@ -33,6 +33,7 @@ struct ResultSpec {
     // With shadows and what lies on fixtures as they are known, or cut off where the part was not measured.
     enum class Part { closed, open };
     Part part = Part::closed;
+    bool surface = true;  // whether surface.ply is made
 
     friend bool operator==(const ResultSpec&, const ResultSpec&) = default;
 };
@@ -49,7 +50,7 @@ struct SessionConfig {
     WorkspaceSpec workspace;
     Fixtures fixtures;  // with a box as workspace only
     Options probing;
-    ResultSpec results;  // with a tool only
+    ResultSpec results;  // `part` with a tool only
 
     // Of the machine; without one, of a simulated probe.
     [[nodiscard]] OracleTraits traits() const {

@@ -40,18 +40,22 @@ struct ToolScene {
 // Lets the planner touch its seeds, by ray casting: would simulate() begin? Throws what check_seeds of the planner throws.
 void check_seeds(const SessionConfig& config, const Scene& scene);
 
+// Of the object's surface: that many tell the distance of 99 in 100 within a few parts in a hundred.
+inline constexpr std::size_t kCurvedTruthPoints = 30'000;
+
 struct Simulation {
     Result result;
     // With a tool or fixtures another surface than the object's is probed, and there is none.
     std::optional<Truth> truth;
-    std::vector<FacetVerdict> verdicts;  // by triangle of the result; none without the truth
-    std::optional<ToolAccount> tool;     // with a tool or fixtures
-    std::uint64_t wrong_inferences = 0;  // crossings that were inferred where the surface that is probed has none
-    std::uint64_t unsafe_moves = 0;      // counted by the simulator, not by the planner
-    std::uint64_t moves = 0;             // likewise
-    double distance = 0.0;               // mm, likewise
-    Seconds machine_time{0.0};           // what a machine would take for it
-    double planner_seconds = 0.0;        // without the oracle
+    std::optional<SurfaceDistances> curved_truth;  // of surface.ply, where there is one
+    std::vector<FacetVerdict> verdicts;            // by triangle of the result; none without the truth
+    std::optional<ToolAccount> tool;               // with a tool or fixtures
+    std::uint64_t wrong_inferences = 0;            // crossings that were inferred where the surface that is probed has none
+    std::uint64_t unsafe_moves = 0;                // counted by the simulator, not by the planner
+    std::uint64_t moves = 0;                       // likewise
+    double distance = 0.0;                         // mm, likewise
+    Seconds machine_time{0.0};                     // what a machine would take for it
+    double planner_seconds = 0.0;                  // without the oracle
     double oracle_seconds = 0.0;
 };
 

@@ -21,6 +21,7 @@ template <class Archive>
 void describe(Archive& keys, ResultSpec& results) {
     keys.value({"part", "mesh.ply of a part that a tool probed: closed by shadows and by what lies on fixtures, or cut off there"},
                results.part, Word{kPartWords});
+    keys.value({"surface", "whether surface.ply is made, a curved surface through the touches"}, results.surface, kFlag);
 }
 
 template <class Archive>
@@ -50,7 +51,7 @@ void describe(Archive& keys, SessionConfig& config) {
         [&](Archive& inner) { describe(inner, config.workspace, config.fixtures); });
     mapping(keys, {.name = "probing", .meaning = "the task", .need = Need::required, .layout = Layout::block}, config.probing);
     if (keys.wants(config.results != ResultSpec{})) {
-        mapping(keys, {"results", "what is made of what was touched", Need::optional, "", "closed"}, config.results);
+        mapping(keys, {"results", "what is made of what was touched", Need::optional, "", "all"}, config.results);
     }
     keys.value({"random_seed", "the same seed and configuration give the same run"}, config.probing.random_seed, Whole{});
 }

@@ -11,8 +11,7 @@
 
 namespace palpate {
 
-// rad: two facets that turn by more have a crease between them. Touched surfaces turn by less where their bend can be told at all: a
-// sphere of radius ρ by some 50° if the balls of its facets have a radius of 0.65 ρ.
+// rad: two facets that turn by more have a crease between them. A torus whose balls are 0.75 of its smaller radius turns by up to 55°.
 inline constexpr double kCrease = 1.05;
 
 inline constexpr std::uint32_t kNoFacet = std::numeric_limits<std::uint32_t>::max();
