@@ -34,6 +34,7 @@ struct ResultSpec {
     // With shadows and what lies on fixtures as they are known, or cut off where the part was not measured.
     enum class Part { closed, open };
     Part part = Part::closed;
+    bool surface = true;  // whether surface.ply is made
 
     friend bool operator==(const ResultSpec&, const ResultSpec&) = default;
 };
@@ -51,7 +52,7 @@ struct SessionConfig {
     Fixtures fixtures;  // with a box as workspace only
     Options probing;
     std::optional<Area> area;  // that alone is probed; with a box as workspace only
-    ResultSpec results;        // with a tool only
+    ResultSpec results;        // `part` with a tool only
 
     // Of the machine; without one, of a simulated probe.
     [[nodiscard]] OracleTraits traits() const {

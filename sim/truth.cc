@@ -108,4 +108,17 @@ Truth measure_truth(const HiddenObject& object, const TriangleMesh& result, cons
     return truth;
 }
 
+SurfaceDistances measure_surface(const HiddenObject& object, const TriangleMesh& mesh, std::size_t points, std::uint64_t seed) {
+    check(mesh);
+    constexpr double kFar = std::numeric_limits<double>::infinity();
+    if (mesh.triangles.empty()) return {kFar, kFar, kFar};
+    std::mt19937_64 random(seed);
+    const TriangleTree tree(mesh);
+    std::vector<double> distances;
+    for (const Point& p : sample_surface(object, points, random).points) distances.push_back((p - tree.closest_point(p)).norm());
+    std::ranges::sort(distances);
+    const auto share = [&](std::size_t percent) { return distances[(distances.size() - 1) * percent / 100]; };
+    return {share(95), share(99), distances.back()};
+}
+
 }  // namespace palpate

@@ -39,4 +39,15 @@ struct Truth {
 [[nodiscard]] Truth measure_truth(const HiddenObject& object, const TriangleMesh& result, const TruthSampling& sampling,
                                   std::uint64_t seed);
 
+// mm: how far places of S are from a mesh, uniformly by area.
+struct SurfaceDistances {
+    double p95 = 0.0;  // of 95 in 100 at most that
+    double p99 = 0.0;
+    double max = 0.0;
+};
+
+// Of about `points` places, as measure_truth draws them. Infinite if the mesh is empty. Throws as that does.
+[[nodiscard]] SurfaceDistances measure_surface(const HiddenObject& object, const TriangleMesh& mesh, std::size_t points,
+                                               std::uint64_t seed);
+
 }  // namespace palpate

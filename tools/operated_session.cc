@@ -66,7 +66,8 @@ ExitCode run_session(const SessionPlan& plan, const SessionConfig& config, const
         const Provenance provenance = provenance_of(config, folder, plan.config_digest, run.object_sha256);
         const std::optional<PartResult> part = part_of(run.result, config);
         const std::string summary = to_json(run, part, config.probing.epsilon, provenance);
-        const std::string files = write_results(folder, run.result, part, provenance, summary, picture);
+        const std::string files =
+            write_results(folder, run.result, part, curved_of(run.result, part, config), provenance, summary, picture);
         const ResultLine drift{"drift", run.drift ? describe(*run.drift) : ""};
         tell_result(output, run.result, part, config.probing.epsilon, drift, summary, folder,
                     fmt::format("config.yaml, journal.jsonl, {}", files));

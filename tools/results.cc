@@ -67,7 +67,8 @@ std::string per_bound(double amount, double bound, const std::string& of_what) {
 }  // namespace
 
 std::string write_results(const std::filesystem::path& folder, const Result& result, const std::optional<PartResult>& part,
-                          const Provenance& provenance, const std::string& summary, const PictureChoice& picture) {
+                          const std::optional<CurvedSurface>& curved, const Provenance& provenance, const std::string& summary,
+                          const PictureChoice& picture) {
     const std::vector<std::string> comments = mesh_comments(provenance, result.certificate);
     // Without a part: Ŝ, open where an area ends.
     const TriangleMesh plain = part ? TriangleMesh{} : mesh_within_area(result);
@@ -76,7 +77,15 @@ std::string write_results(const std::filesystem::path& folder, const Result& res
     if (is_changed) write_file(folder / kToolMeshFile, to_ply(result.mesh, comments));
     write_file(folder / kTouchesFile, part ? to_csv(result.touches, *part) : to_csv(result.touches));
     write_file(folder / kSummaryFile, summary);
-    const std::string names = is_changed ? "mesh.ply, mesh_tool.ply, touches.csv, summary.json" : "mesh.ply, touches.csv, summary.json";
+    std::string names = is_changed ? "mesh.ply, mesh_tool.ply, touches.csv, summary.json" : "mesh.ply, touches.csv, summary.json";
+    if (curved) {
+        write_file(folder / kSurfaceFile, to_ply(*curved, comments));
+        names += fmt::format(", {}", kSurfaceFile);
+    } else {
+        // One that is there is of another mesh.
+        std::error_code ignored;
+        std::filesystem::remove(folder / kSurfaceFile, ignored);
+    }
     if (!picture.drawn || (part ? part->surface.mesh : plain).triangles.empty()) {
         // One that is there shows another mesh.
         std::error_code ignored;

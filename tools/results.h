@@ -7,6 +7,7 @@
 #include <string>
 
 #include "planner/probe_surface.h"
+#include "tools/curved_result.h"
 #include "tools/part_result.h"
 #include "tools/provenance.h"
 #include "tools/terminal/output.h"
@@ -18,10 +19,11 @@ struct PictureChoice {
     char up = 'z';  // x, y or z
 };
 
-// mesh.ply, touches.csv, summary.json and, if there is a mesh, picture.png; returns their names, with commas between. With a part, that is
-// mesh.ply, and Ŝ is mesh_tool.ply; with an area alone, mesh.ply is Ŝ within it. Throws OutputError.
+// mesh.ply, touches.csv, summary.json, surface.ply if there is one and, if there is a mesh, picture.png; returns their names, with commas
+// between. With a part, that is mesh.ply, and Ŝ is mesh_tool.ply; with an area alone, mesh.ply is Ŝ within it. Throws OutputError.
 [[nodiscard]] std::string write_results(const std::filesystem::path& folder, const Result& result, const std::optional<PartResult>& part,
-                                        const Provenance& provenance, const std::string& summary, const PictureChoice& picture);
+                                        const std::optional<CurvedSurface>& curved, const Provenance& provenance,
+                                        const std::string& summary, const PictureChoice& picture);
 
 // Draws picture.png of a session again, from its mesh.ply and the tags in it. Throws ObjectError if that is no mesh of triangles,
 // OutputError.

@@ -1,5 +1,5 @@
-// What a session leaves (planner/DESIGN.md, "Session folder"): config.yaml, mesh.ply, touches.csv, summary.json, picture.png; on a machine
-// journal.jsonl.
+// What a session leaves (planner/DESIGN.md, "Session folder"): config.yaml, mesh.ply, surface.ply, touches.csv, summary.json, picture.png;
+// on a machine journal.jsonl.
 #pragma once
 
 #include <array>
@@ -15,11 +15,12 @@ inline constexpr const char* kConfigFile = "config.yaml";
 inline constexpr const char* kJournalFile = "journal.jsonl";
 inline constexpr const char* kMeshFile = "mesh.ply";
 inline constexpr const char* kToolMeshFile = "mesh_tool.ply";
+inline constexpr const char* kSurfaceFile = "surface.ply";
 inline constexpr const char* kPictureFile = "picture.png";
 inline constexpr const char* kTouchesFile = "touches.csv";
 inline constexpr const char* kSummaryFile = "summary.json";
-inline constexpr std::array<const char*, 7> kSessionFiles = {kConfigFile,  kJournalFile, kMeshFile,   kToolMeshFile,
-                                                             kTouchesFile, kSummaryFile, kPictureFile};
+inline constexpr std::array<const char*, 8> kSessionFiles = {kConfigFile,  kJournalFile, kMeshFile,    kToolMeshFile,
+                                                             kSurfaceFile, kTouchesFile, kSummaryFile, kPictureFile};
 
 // A folder or file that cannot be used. The message names it and says what to do.
 class OutputError : public std::runtime_error {

@@ -40,10 +40,14 @@ struct ToolScene {
 // Lets the planner touch its seeds, by ray casting: would simulate() begin? Throws what check_seeds of the planner throws.
 void check_seeds(const SessionConfig& config, const Scene& scene);
 
+// Of the object's surface: that many tell the distance of 99 in 100 within a few parts in a hundred.
+inline constexpr std::size_t kCurvedTruthPoints = 30'000;
+
 struct Simulation {
     Result result;
     // With a tool, fixtures or an area another surface than the object's is probed, and there is none.
     std::optional<Truth> truth;
+    std::optional<SurfaceDistances> curved_truth;    // of surface.ply, where there is one
     std::vector<FacetVerdict> verdicts;              // by triangle of the result; none without the truth
     std::optional<ToolAccount> tool;                 // with a tool, fixtures or an area
     std::optional<std::uint64_t> moves_out_of_area;  // with an area

@@ -166,6 +166,10 @@ std::string to_json(const Simulation& run, const std::optional<PartResult>& part
             {"flipped_facets", std::ranges::count(run.verdicts, FacetVerdict::flip)},
         };
     }
+    if (run.curved_truth) {
+        truth["surface"] = {
+            {"p95", number(run.curved_truth->p95)}, {"p99", number(run.curved_truth->p99)}, {"max", number(run.curved_truth->max)}};
+    }
     truth["wrong_inferences"] = run.wrong_inferences;
     truth["unsafe_moves"] = run.unsafe_moves;
     truth["moves"] = run.moves;

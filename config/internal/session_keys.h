@@ -21,6 +21,7 @@ template <class Archive>
 void describe(Archive& keys, ResultSpec& results) {
     keys.value({"part", "mesh.ply of a part that a tool probed: closed by shadows and by what lies on fixtures, or cut off there"},
                results.part, Word{kPartWords});
+    keys.value({"surface", "whether surface.ply is made, a curved surface through the touches"}, results.surface, kFlag);
 }
 
 [[nodiscard]] inline bool overlap(const Box& a, const Box& b) {
@@ -66,7 +67,7 @@ void describe(Archive& keys, SessionConfig& config) {
                       "lies outside workspace.box; allowed: one that has some of it");
     });
     if (keys.wants(config.results != ResultSpec{})) {
-        mapping(keys, {"results", "what is made of what was touched", Need::optional, "", "closed"}, config.results);
+        mapping(keys, {"results", "what is made of what was touched", Need::optional, "", "all"}, config.results);
     }
     keys.value({"random_seed", "the same seed and configuration give the same run"}, config.probing.random_seed, Whole{});
 }

@@ -26,6 +26,7 @@ const std::map<std::string, std::set<std::string>> kMayInclude = {
     {"planner/motion", {"planner", "planner/delaunay", "planner/inference"}},
     {"planner/loop", {"planner", "planner/delaunay", "planner/inference", "planner/plausibility", "planner/motion"}},
     {"planner/part", {"planner"}},
+    {"planner/curved", {"planner"}},
     {"devices", {"planner"}},
     {"devices/calibration", {"devices", "planner"}},
     {"devices/decorators", {"devices", "planner"}},
@@ -45,7 +46,7 @@ const std::map<std::string, std::set<std::string>> kMayInclude = {
     {"tools",
      {"tools/terminal", "tools/view", "config", "sim", "sim/objects", "sim/probe", "sim/tool", "sim/machines", "devices",
       "devices/calibration", "devices/decorators", "devices/grbl", "devices/modbus", "devices/posix", "devices/session", "planner",
-      "planner/part"}},
+      "planner/part", "planner/curved"}},
 };
 // The one door from a top folder into the room below it.
 const std::map<std::string, std::set<std::string>> kDoors = {

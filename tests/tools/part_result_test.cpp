@@ -162,8 +162,9 @@ TEST_F(PartResultTest, ThePartIsAMeshThatOthersRead) {
     const Simulation run = simulate(block, build_scene(block));
     const auto part = part_of(run.result, block);
     ASSERT_TRUE(part);
-    const std::string files = write_results(folder_, run.result, part, Provenance{}, "{}", {.drawn = false});
-    EXPECT_EQ(files, "mesh.ply, mesh_tool.ply, touches.csv, summary.json");
+    const std::string files =
+        write_results(folder_, run.result, part, curved_of(run.result, part, block), Provenance{}, "{}", {.drawn = false});
+    EXPECT_EQ(files, "mesh.ply, mesh_tool.ply, touches.csv, summary.json, surface.ply");
     const TriangleMesh read = read_triangles(folder_ / kMeshFile);
     ASSERT_EQ(read.triangles, part->surface.mesh.triangles);
     for (std::size_t k = 0; k < read.points.size(); ++k) ASSERT_EQ(read.points[k], part->surface.mesh.points[k]);

@@ -132,6 +132,7 @@ TEST(SessionFiles, EveryKeyOfASummaryIsDocumentedAndEveryDocumentedKeyIsWritten)
     simulation.result.certificate.premises.emplace_back();
     simulation.result.bad_places = simulation.result.thin_places = {place};
     simulation.truth.emplace();
+    simulation.curved_truth.emplace();
     simulation.tool.emplace();
     MachineRun machine;
     machine.result = simulation.result;

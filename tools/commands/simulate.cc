@@ -31,13 +31,17 @@ ExitCode run(const SimulateCommand& command, Output& output) {
     const std::string text = write_config(config, command.folder);
     // Before the run, in which the mesh file may change.
     const Provenance provenance = provenance_of(config, command.folder, digest(text), object_sha256(config));
-    const Simulation run = simulate_with_progress(config, scene, output, signals);
+    Simulation run = simulate_with_progress(config, scene, output, signals);
     if (signals.token().stop_requested()) throw Stopped("stopped; nothing was written");
     warn_of_other_truth(run);
     write_file(command.folder / kConfigFile, text);
     const std::optional<PartResult> part = part_of(run.result, config);
+    const std::optional<CurvedSurface> curved = curved_of(run.result, part, config);
+    if (curved && run.truth) {
+        run.curved_truth = measure_surface(scene.object, curved->mesh, kCurvedTruthPoints, config.probing.random_seed);
+    }
     const std::string summary = to_json(run, part, config.probing.epsilon, provenance);
-    const std::string files = write_results(command.folder, run.result, part, provenance, summary, command.picture);
+    const std::string files = write_results(command.folder, run.result, part, curved, provenance, summary, command.picture);
     signals.release();
     tell_result(output, run.result, part, config.probing.epsilon, {"truth", describe_truth(run)}, summary, command.folder,
                 fmt::format("config.yaml, {}", files));

@@ -375,7 +375,7 @@ TEST_F(PictureFile, HoldsWhatIsDrawnAndIsTheSameEachTime) {
 TEST_F(PictureFile, OfASessionIsDrawnAgainFromItsMesh) {
     Result result;
     result.mesh = sphere(24, 12);
-    EXPECT_EQ(write_results(folder_, result, {}, Provenance{}, "{}", {.drawn = true, .up = 'y'}),
+    EXPECT_EQ(write_results(folder_, result, {}, {}, Provenance{}, "{}", {.drawn = true, .up = 'y'}),
               "mesh.ply, touches.csv, summary.json, picture.png");
     const std::string drawn = read("picture.png");
     std::filesystem::remove(folder_ / "picture.png");
@@ -388,9 +388,9 @@ TEST_F(PictureFile, OfASessionIsDrawnAgainFromItsMesh) {
 TEST_F(PictureFile, OfAnotherMeshDoesNotStay) {
     Result result;
     result.mesh = cube();
-    (void)write_results(folder_, result, {}, Provenance{}, "{}", {});
+    (void)write_results(folder_, result, {}, {}, Provenance{}, "{}", {});
     EXPECT_TRUE(std::filesystem::exists(folder_ / "picture.png"));
-    EXPECT_EQ(write_results(folder_, result, {}, Provenance{}, "{}", {.drawn = false}), "mesh.ply, touches.csv, summary.json");
+    EXPECT_EQ(write_results(folder_, result, {}, {}, Provenance{}, "{}", {.drawn = false}), "mesh.ply, touches.csv, summary.json");
     EXPECT_FALSE(std::filesystem::exists(folder_ / "picture.png"));
 }
 
