@@ -172,6 +172,25 @@ Premise thickness_premise(const Evidence& evidence) {
             fmt::format("at {} places the mesh leaves out a sharp edge or a wall, less than epsilon of it", evidence.minor_places)};
 }
 
+// By prediction and by chance: it never makes the mesh more than it is, nor less.
+Premise deviation_premise(const DeviationEvidence& deviation) {
+    const bool holds = deviation.unmet_facets == 0 && deviation.foretold <= deviation.tolerance && deviation.beyond == 0;
+    std::string detail = fmt::format("99 % of the curved surface are within {:.6g} mm, as {} touches foretold and found; ",
+                                     deviation.tolerance, deviation.touched);
+    if (deviation.unmet_facets > 0 || deviation.foretold > deviation.tolerance) {
+        detail += fmt::format(
+            "at {} facets it is foretold to be off by up to {:.3g} mm, and no touch can help there: samples are as near to each "
+            "other as they may be, or nothing was met; ",
+            deviation.unmet_facets, deviation.foretold);
+    }
+    detail += fmt::format(
+        "{} places, drawn at random by area, were touched, {} of them farther off, the worst by {:.3g} mm: with 95 % confidence "
+        "less than {} % are{}",
+        deviation.audited, deviation.beyond, deviation.worst, percent_text(largest_share(deviation.beyond, deviation.audited)),
+        deviation.barred > 0 ? fmt::format("; at {} others nothing was met", deviation.barred) : std::string());
+    return {Kind::deviation, holds ? State::checked : State::missing, std::move(detail)};
+}
+
 }  // namespace
 
 const char* name_of(Premise::Kind kind) {
@@ -194,6 +213,8 @@ const char* name_of(Premise::Kind kind) {
             return "inferred facets";
         case Kind::sizing_and_angles:
             return "sizing and angles";
+        case Kind::deviation:
+            return "within the tolerance";
         case Kind::known_solids:
             return "known solids";
         case Kind::within_area:
@@ -219,6 +240,7 @@ Certificate certify(const Options& options, const Topology& topology, const Evid
         manifold, components, balls, reach, {Kind::object_in_workspace, State::assumed, "by the user"}, touch_premise(evidence)};
     if (evidence.unresolved_places + evidence.minor_places > 0) certificate.premises.push_back(thickness_premise(evidence));
     if (evidence.reach) certificate.premises.push_back(inference_premise(*evidence.reach));
+    if (evidence.deviation) certificate.premises.push_back(deviation_premise(*evidence.deviation));
     if (evidence.has_fixtures) certificate.premises.push_back(known_solids_premise(evidence));
     if (evidence.has_area) certificate.premises.push_back(area_premise(evidence));
     if (evidence.has_facet_criteria) certificate.premises.push_back(facet_premise(evidence));

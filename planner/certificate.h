@@ -7,6 +7,7 @@
 #include <string>
 #include <vector>
 
+#include "planner/deviation_evidence.h"
 #include "planner/options.h"
 #include "planner/topology.h"
 
@@ -24,6 +25,7 @@ struct Premise {
         inference,                 // facets that no touch put into the mesh
         sizing_and_angles,         // facets fulfil what was asked for
         own_end,                   // no budget ended the run
+        deviation,                 // the curved surface is within the tolerance
         known_solids,              // fixtures are where they are said to be, and nothing else stands on them
         within_area,               // an area alone was probed
     };
@@ -81,28 +83,29 @@ struct ReachEvidence {
 
 // What the certificate rests on, as found on the result.
 struct Evidence {
-    double max_ball_radius = 0.0;            // mm: of facets that a touch or a proof put into the mesh
-    double max_plausible_ball_radius = 0.0;  // mm: of the others
-    std::size_t components = 0;              // of Ŝ
-    std::size_t unrepresented_touches = 0;   // samples that no facet of Ŝ uses; all around them was explored, unless a budget ended it
-    std::size_t unresolved_places = 0;       // with such samples, or where S crosses dual edges twice: O is thinner than samples show
-    std::size_t minor_places = 0;            // places as unresolved_places counts them, but Ŝ has O's topology without them
-    std::size_t torn_components = 0;         // pairs of components of Ŝ that may be one
-    std::size_t given_up = 0;                // places where work led to nothing
-    std::size_t known_samples = 0;           // on known solids: not touched
-    std::size_t wall_samples = 0;            // of those: around the area that alone was probed
-    bool has_fixtures = false;               // the user gave some, ...
-    bool has_area = false;                   // ... or an area that alone is to be probed, ...
-    bool assumes_clear = false;              // ... and says that nothing but the object stands on what is known
-    std::size_t open_edges = 0;              // of Ŝ, left unexplored
-    bool has_facet_criteria = false;         // sizing or angles were asked for
-    std::size_t bad_facets = 0;              // facets that do not fulfil sizing or angles
-    std::string stopped_by;                  // the budget that ended the run; empty: it ended by itself
-    std::uint64_t failed_probes = 0;         // without an answer
-    std::uint64_t grazes = 0;                // contacts that a later probe took back
-    bool seeds_given = false;                // by the user, one per component
-    double touch_error = 0.0;                // mm: of the oracle's touches, as it states it
-    std::optional<ReachEvidence> reach;      // of inference, if there was any
+    double max_ball_radius = 0.0;                // mm: of facets that a touch or a proof put into the mesh
+    double max_plausible_ball_radius = 0.0;      // mm: of the others
+    std::size_t components = 0;                  // of Ŝ
+    std::size_t unrepresented_touches = 0;       // samples that no facet of Ŝ uses; all around them was explored, unless a budget ended it
+    std::size_t unresolved_places = 0;           // with such samples, or where S crosses dual edges twice: O is thinner than samples show
+    std::size_t minor_places = 0;                // places as unresolved_places counts them, but Ŝ has O's topology without them
+    std::size_t torn_components = 0;             // pairs of components of Ŝ that may be one
+    std::size_t given_up = 0;                    // places where work led to nothing
+    std::size_t known_samples = 0;               // on known solids: not touched
+    std::size_t wall_samples = 0;                // of those: around the area that alone was probed
+    bool has_fixtures = false;                   // the user gave some, ...
+    bool has_area = false;                       // ... or an area that alone is to be probed, ...
+    bool assumes_clear = false;                  // ... and says that nothing but the object stands on what is known
+    std::size_t open_edges = 0;                  // of Ŝ, left unexplored
+    bool has_facet_criteria = false;             // sizing or angles were asked for
+    std::size_t bad_facets = 0;                  // facets that do not fulfil sizing or angles
+    std::string stopped_by;                      // the budget that ended the run; empty: it ended by itself
+    std::uint64_t failed_probes = 0;             // without an answer
+    std::uint64_t grazes = 0;                    // contacts that a later probe took back
+    bool seeds_given = false;                    // by the user, one per component
+    double touch_error = 0.0;                    // mm: of the oracle's touches, as it states it
+    std::optional<DeviationEvidence> deviation;  // with a tolerance
+    std::optional<ReachEvidence> reach;          // of inference, if there was any
 };
 
 // Largest ε / rch(S) for which thesis 1.2 holds (µ0).

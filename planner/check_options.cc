@@ -115,6 +115,13 @@ void check_options(const Surroundings& surroundings, const Options& options, con
     check_sizing(options.sizing);
     require(options.min_angle >= 0 && options.min_angle <= std::numbers::pi / 6 + kRounding,
             "min_angle must lie in [0, 30] degrees: above, refinement need not end");
+    require(is_positive_if_given(options.tolerance) && is_positive_if_given(options.spacing_min),
+            "tolerance and spacing_min must be positive and finite");
+    require(!options.tolerance || *options.tolerance < options.epsilon, "tolerance must be below epsilon");
+    require(!options.tolerance ||
+                (options.inference() == Strategy::Infer::adaptive && options.strategy.refine == Strategy::Refine::eager &&
+                 options.strategy.explore == Strategy::Explore::closure && options.strategy.travel == Strategy::Travel::free_space),
+            "a tolerance needs a front that guesses: strategy: adaptive");
     check_budget(options.budget);
     check_traits(traits);
     const double smallest = smallest_size(options);

@@ -13,6 +13,7 @@ Criteria::Criteria(const Options& options)
       min_angle_(options.min_angle) {
     sizing_.smallest = options.sizing.smallest.value_or(2 * floor_);
     for (const RegionOfInterest& region : sizing_.regions) least_ = std::min(least_, region.size);
+    if (options.tolerance) least_ = std::min(least_, options.spacing_min.value_or(*options.tolerance));
     if (sizing_.radii_of_curvature > 0) least_ = std::min(least_, *sizing_.smallest);
     // Seed facets, nearer than ε to each other, are where the shortest edges are.
     if (min_angle_ > 0) least_ = std::min(least_, kSeedSpacing * epsilon_);

@@ -62,6 +62,10 @@ struct Options {
     std::uint64_t random_seed = 1;  // of the choice of audited facets
     std::vector<Segment> seed_rays;       // one per component at least; empty: rays from the workspace towards its centre
     double refinement_floor = 1.0 / 8.0;  // of epsilon, in (0, 1]: the extra refinement of planner/DESIGN.md, "Repair" stops there
+    // mm, > 0: a curved surface through the samples is to be that near to S in 99 of 100 places, as touches foretell; samples are as near
+    // to each other as that takes. None: as near as epsilon asks.
+    std::optional<double> tolerance;
+    std::optional<double> spacing_min;  // mm, > 0: with a tolerance samples come no nearer; none: the tolerance, or 20 touch errors
     Sizing sizing;
     double min_angle = 0.0;  // rad, in [0, π/6]: triangles with a smaller angle are refined, away from seeds (thesis 5.3)
     Budget budget;

@@ -35,10 +35,11 @@ struct Result {
     // By point of the mesh: 1 on a wall around the area that alone was probed, or behind one: no place of the object. Empty: no area was
     // given.
     std::vector<std::uint8_t> is_outside;
-    std::size_t samples = 0;                 // |E|, whether a facet uses them or not
-    std::size_t known_samples = 0;           // of those: on known solids, not touched
-    double max_ball_radius = 0.0;            // mm: of the facets that touches and proofs put into the mesh
-    double max_plausible_ball_radius = 0.0;  // mm: of the others
+    std::size_t samples = 0;                       // |E|, whether a facet uses them or not
+    std::size_t known_samples = 0;                 // of those: on known solids, not touched
+    std::optional<DeviationEvidence> deviation{};  // with a tolerance
+    double max_ball_radius = 0.0;                  // mm: of the facets that touches and proofs put into the mesh
+    double max_plausible_ball_radius = 0.0;        // mm: of the others
 
     // Lower bounds for any such sample: N >= 2·area/(3√3·ε²), and (N - 1)·ε for the way through N samples that are ε apart.
     double lower_bound_samples = 0.0;

@@ -6,7 +6,7 @@
 cmake_minimum_required(VERSION 3.25)
 
 # What nobody outside needs: how the planner works inside, and what helps sources.
-set(inner "/internal/|^planner/(delaunay|inference|plausibility|loop|motion)/"
+set(inner "/internal/|^planner/(delaunay|inference|plausibility|loop|motion|tolerance)/"
           "|^planner/(criteria|union_find)[.]h$|^sim/objects/(box_mesh|capsule_contact|cover|crofton|parallelogram|pose|triangle_tree)[.]h$|^sim/tool/|^sim/probe/axis_play[.]h$")
 string(CONCAT inner ${inner})
 

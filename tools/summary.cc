@@ -93,6 +93,12 @@ Json summarise(const Result& r, const std::optional<PartResult>& part, const Pro
         {"time", {{"planner", planner_seconds}, {"oracle", oracle_seconds}, {"machine_estimate", machine_estimate}}},
     };
     if (r.certificate.find(Premise::Kind::known_solids) != nullptr || !r.is_outside.empty()) json["virtual_contacts"] = r.known_samples;
+    if (r.deviation) {
+        const DeviationEvidence& d = *r.deviation;
+        json["tolerance"] = {{"wanted", d.tolerance}, {"foretold", d.foretold}, {"unmet_facets", d.unmet_facets},
+                             {"touched", d.touched},  {"audited", d.audited},   {"beyond", d.beyond},
+                             {"barred", d.barred},    {"worst", d.worst}};
+    }
     if (part) json["part"] = summarise(*part);
     return json;
 }

@@ -129,6 +129,22 @@ void describe(Archive& keys, Options& options) {
     keys.value({"standoff", "how far above the surface a probe starts where that is proven free; null: half of epsilon", Need::optional,
                 kMillimetres},
                options.standoff, kLengthOrNull);
+    if (keys.wants(options.tolerance || options.spacing_min)) {
+        keys.value(
+            {"tolerance",
+             "99 % of a curved surface through the touches, surface.ply, are to be that near to the object's, as touches foretell: samples "
+             "are as near to each other as that takes, `epsilon` is the largest spacing; null: none is asked for",
+             Need::optional, kMillimetres},
+            options.tolerance, kLengthOrNull);
+        keys.value({"spacing_min", "with a tolerance samples come no nearer to each other; null: the tolerance, or 20 touch errors",
+                    Need::optional, kMillimetres},
+                   options.spacing_min, kLengthOrNull);
+        keys.require(!options.tolerance || *options.tolerance < options.epsilon, "tolerance",
+                     "is no less than epsilon; allowed: below it (mm)");
+        keys.require(options.tolerance || !options.spacing_min, "spacing_min",
+                     "has no tolerance that it belongs to; allowed: with "
+                     "probing.tolerance only");
+    }
     keys.value({"trust",
                 "how likely a plausible facet may be wrong: one that is 8 times as likely wrong is touched, so that far fewer are on the "
                 "whole; 0: whatever is not proven is touched"},

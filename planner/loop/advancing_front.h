@@ -31,6 +31,7 @@ struct FrontTouch {
     bool audit = false;                     // the edge holds an inferred crossing
     std::optional<Point> known;             // a known solid begins there, and nobody need go and see
     bool is_buried = false;                 // where no tool can go, and nothing is met
+    std::optional<double> spacing;          // mm: a new sample keeps that from others; none: as the criteria want it
     std::optional<Point> under;             // where to probe on to if the target is reached: S falls away steeply
     std::optional<FacetView> along;         // the dual edge that is probed; nothing: a new sample
     std::array<std::uint32_t, 3> beside{};  // samples around: the open edge and the third corner of its facet

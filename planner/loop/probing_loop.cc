@@ -4,6 +4,7 @@
 #include <cmath>
 #include <stdexcept>
 #include <string>
+#include <utility>
 
 #include "planner/errors.h"
 #include "planner/loop/budget.h"
@@ -22,6 +23,12 @@ std::size_t packing_bound(const Region& region, double spacing) {
     const double bound = std::pow((region.radius() + spacing / 2) / (spacing / 2), 3);
     constexpr double kBeyondAnyRun = 1e18;  // fits a size_t, with room for the seeds
     return static_cast<std::size_t>(std::min(bound, kBeyondAnyRun)) + 1;
+}
+
+// mm: samples nearer to each other than that show errors of touches rather than the surface.
+double least_useful_spacing(double tolerance, double touch_error) {
+    constexpr double kTouchErrors = 20.0;  // planner/DESIGN.md, "Numerics"
+    return std::max(tolerance, kTouchErrors * touch_error);
 }
 
 std::optional<ProbeWatch> watch_for(const Options& options, const OracleTraits& traits) {
@@ -69,6 +76,11 @@ void ProbingLoop::probe_all() {
     // Seeds are exempt from the spacing; there are few of them.
     max_samples_ = state_.sample_count() + packing_bound(state_.surroundings().region(), criteria_.least_spacing());
     if (options_.inference() != Strategy::Infer::none) growth_.emplace(space_, head_, options_, traits_, criteria_, observer_, effort_);
+    if (growth_ && options_.tolerance) {
+        const double spacing_min = options_.spacing_min.value_or(least_useful_spacing(*options_.tolerance, traits_.touch_error));
+        tolerance_.emplace(
+            ToleranceSearch::Options{*options_.tolerance, options_.epsilon, spacing_min, traits_.touch_error, options_.random_seed});
+    }
     walk_.sweep();
     while ((stopped_by_ = used_up(options_.budget, head_.cost(), traits_.rates)).empty()) {
         if (grow()) continue;
@@ -80,7 +92,7 @@ void ProbingLoop::probe_all() {
         // What follows is linear in the sample and happens a few times in a run.
         walk_.sweep();
         if (growth_) growth_->sweep();
-        if (grow() || walk_.next() || explore_unrepresented() || repair_defects() || refine_facets()) continue;
+        if (grow() || walk_.next() || explore_unrepresented() || repair_defects() || refine_facets() || approach_tolerance()) continue;
         if (growth_ && growth_->begin_audit()) continue;
         break;
     }
@@ -301,6 +313,50 @@ bool ProbingLoop::refine_facets() {
     return changed;
 }
 
+SampledSurface ProbingLoop::sampled_surface() const {
+    RestrictedSurface found = extract_surface(state_);
+    SampledSurface surface;
+    for (const DirectedEdge e : found.dual_edges) {
+        surface.ball_centres.push_back(state_.crossing(e).near);
+        surface.is_known.push_back(growth_->is_known(e) ? 1 : 0);
+    }
+    surface.mesh = std::move(found.mesh);
+    surface.ball_radii = std::move(found.ball_radii);
+    surface.sample_of = std::move(found.sample_of);
+    return surface;
+}
+
+bool ProbingLoop::approach_tolerance() {
+    if (!tolerance_) return false;
+    const SampledSurface surface = sampled_surface();
+    if (surface.mesh.triangles.empty()) return false;
+    std::vector<ToleranceSearch::Place> places = tolerance_->places(surface);
+    const bool is_audit = places.empty();
+    if (is_audit && std::exchange(audited_tolerance_, true)) return false;
+    if (is_audit) places = tolerance_->draw(surface, growth_->audit_quota());
+    if (places.empty()) return false;
+    touch_places(std::move(places), is_audit);
+    return true;
+}
+
+void ProbingLoop::touch_places(std::vector<ToleranceSearch::Place> places, bool is_audit) {
+    while (!places.empty() && used_up(options_.budget, head_.cost(), traits_.rates).empty()) {
+        const Point at = space_.roadmap().at(head_.at());
+        const auto nearest = std::ranges::min_element(places, {}, [&](const auto& place) { return (place.at - at).squaredNorm(); });
+        const ToleranceSearch::Place place = *nearest;
+        places.erase(nearest);
+        const std::uint32_t sample = state_.nearest_sample(place.at, state_.cell_at(place.samples[0]));
+        if (!is_audit && (state_.sample(sample) - place.at).norm() < place.spacing) continue;
+        const SurfaceGrowth::Step step = growth_->touch_foretold(place.at, place.normal, place.samples, place.spacing);
+        note_touches();
+        is_audit ? tolerance_->note_audit(place, step.met) : tolerance_->note(place, step.met, step.sample.has_value());
+        add_sample_of(step);
+        while (growth_->settle_refutation()) {
+        }
+        report();
+    }
+}
+
 bool ProbingLoop::refine(const SurfaceBall& ball, Touch::Role role, double spacing) {
     const auto e = state_.edge_of(ball.id, ball.generation);
     if (!e) return false;
@@ -369,6 +425,7 @@ Result ProbingLoop::result() {
     evidence.given_up = effort_.given_up().size();
     evidence.open_edges = walk_.open_count();
     evidence.stopped_by = stopped_by_;
+    if (tolerance_) evidence.deviation = tolerance_->evidence();
     evidence.has_facet_criteria = criteria_.look_at_facets();
     evidence.bad_facets = bad_facets(surface).size();
     evidence.failed_probes = result.cost.failed;
@@ -390,6 +447,7 @@ Result ProbingLoop::result() {
             evidence.wall_samples += is_outside[s];
         }
     }
+    result.deviation = evidence.deviation;
     result.certificate = certify(options_, result.topology, evidence);
     // A front that a budget stopped has open edges everywhere, and no epsilon would mend them.
     if (stopped_by_.empty()) {

@@ -22,6 +22,7 @@
 #include "planner/motion/probe_head.h"
 #include "planner/motion/probed_space.h"
 #include "planner/probe_surface.h"
+#include "planner/tolerance/tolerance_search.h"
 
 namespace palpate {
 
@@ -66,6 +67,10 @@ private:
     bool repair_defects();
     // Refines the facets of a closed Ŝ that do not fulfil the criteria of sizing and angles. False if there are none.
     bool refine_facets();
+    // Touches where the curved surface is foretold to be beyond the tolerance; then places at random. False if nothing is left to touch.
+    bool approach_tolerance();
+    void touch_places(std::vector<ToleranceSearch::Place> places, bool is_audit);
+    [[nodiscard]] SampledSurface sampled_surface() const;
     [[nodiscard]] std::vector<BadFacet> bad_facets(const RestrictedSurface& surface) const;
     // Inserts the ball's centre, or has it touched first if it was inferred. False if it is gone.
     bool refine(const SurfaceBall& ball, Touch::Role role, double spacing);
@@ -84,6 +89,8 @@ private:
     ProbeHead head_;
     VoronoiWalk walk_;
     std::optional<SurfaceGrowth> growth_;  // with a bound on the reach
+    std::optional<ToleranceSearch> tolerance_;
+    bool audited_tolerance_ = false;
     std::priority_queue<SurfaceBall> bad_;
     std::set<std::uint32_t> faceted_;  // first touches that were given a seed facet, or for which that was tried
     std::size_t max_samples_ = 0;

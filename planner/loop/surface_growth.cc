@@ -139,6 +139,21 @@ SurfaceGrowth::Step SurfaceGrowth::look_up(const FrontTouch& asked) {
     return Step{};
 }
 
+SurfaceGrowth::Step SurfaceGrowth::touch_foretold(const Point& place, const Vector& normal, const std::array<std::uint32_t, 3>& beside,
+                                                  double spacing) {
+    FrontTouch asked;
+    asked.start = place + options_.standoff.value_or(kStandoff * options_.epsilon) * normal;
+    asked.target = place - options_.epsilon * normal;
+    asked.expected = true;
+    asked.spacing = spacing;
+    asked.beside = beside;
+    asked.home = asked.interior_of = beside[0];
+    const std::size_t before = head_.touches().size();
+    Step step = touch(asked);
+    if (head_.touches().size() > before && !head_.touches().back().is_known) step.met = head_.touches().back().position;
+    return step;
+}
+
 SurfaceGrowth::Step SurfaceGrowth::touch(const FrontTouch& asked) {
     if (asked.known || asked.is_buried) return look_up(asked);
     if (const auto met = travel_.go_to({asked.start, asked.home})) {
@@ -167,7 +182,7 @@ SurfaceGrowth::Step SurfaceGrowth::touch(const FrontTouch& asked) {
     const std::array<std::uint32_t, 5> lenses{asked.home, asked.interior_of, asked.beside[0], asked.beside[1], asked.beside[2]};
     model_.check(met->position, true, lenses);
     if (asked.along) learn_crossing(*asked.along, *met);
-    return take(*met, asked.beside);
+    return take(*met, asked.beside, asked.spacing);
 }
 
 bool SurfaceGrowth::is_known(DirectedEdge e) const {
@@ -186,9 +201,13 @@ bool SurfaceGrowth::begin_audit() {
     return !drawn.empty();
 }
 
-std::uint64_t SurfaceGrowth::audits_left() const {
+std::size_t SurfaceGrowth::audit_quota() const {
     constexpr std::size_t kFacetsPerSample = 2;  // nearly all of them are inferred
-    const std::size_t quota = audit_.quota(kFacetsPerSample * counted_samples(), counted_samples());
+    return audit_.quota(kFacetsPerSample * counted_samples(), counted_samples());
+}
+
+std::uint64_t SurfaceGrowth::audits_left() const {
+    const std::size_t quota = audit_quota();
     return can_touch() && quota > audit_.touched() ? quota - audit_.touched() : 0;
 }
 
@@ -223,10 +242,11 @@ SurfaceGrowth::Step SurfaceGrowth::take_from_way(const NearTravel::Met& met, con
     return take(met, beside);
 }
 
-SurfaceGrowth::Step SurfaceGrowth::take(const ProbeHead::Answer& touched, const std::array<std::uint32_t, 3>& beside) {
+SurfaceGrowth::Step SurfaceGrowth::take(const ProbeHead::Answer& touched, const std::array<std::uint32_t, 3>& beside,
+                                        const std::optional<double>& spacing) {
     const CellId near = state_.cell_at(beside[0]);
     const double distance = (state_.sample(state_.nearest_sample(touched.position, near)) - touched.position).norm();
-    if (criteria_.is_bad(distance, touched.position)) {
+    if (spacing ? distance > *spacing : criteria_.is_bad(distance, touched.position)) {
         return Step{NewSample{touched.position, near, touched.touch}};
     }
     model_.note_touch(touched.position, space_.roadmap().at(head_.contact().from) - touched.position, beside);

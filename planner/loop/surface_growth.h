@@ -34,11 +34,15 @@ public:
         std::uint32_t touch = 0;
     };
     struct Step {
-        std::optional<NewSample> sample;
+        std::optional<NewSample> sample{};
+        std::optional<Point> met{};  // a touch of a place that was foretold
     };
     // One touch, wherever it helps most; nothing if none does. The caller inserts the sample, if there is one.
     std::optional<Step> step();
 
+    // Touches a place where S is foretold, from outside along a normal there (unit). A sample if it keeps `spacing` (mm) from others.
+    // `beside`: samples around.
+    Step touch_foretold(const Point& place, const Vector& normal, const std::array<std::uint32_t, 3>& beside, double spacing);
     // Infers what it can of an edge that is about to be probed. True if a crossing is known now.
     bool infer(DirectedEdge e) { return front_.infer(e); }
     void note_insertion(const MaintainedDelaunay::Insertion& insertion, const Touch& touch);
@@ -68,6 +72,8 @@ public:
     [[nodiscard]] std::uint64_t audited() const { return audit_.touched(); }
     // About so many facets will be audited still.
     [[nodiscard]] std::uint64_t audits_left() const;
+    // So many places of Ŝ are worth an audit.
+    [[nodiscard]] std::size_t audit_quota() const;
     [[nodiscard]] ReachEvidence evidence() const;
     [[nodiscard]] std::size_t open_count() const { return front_.open_count(); }
 
@@ -92,7 +98,7 @@ private:
     void learn_crossing(const FacetView& along, const ProbeHead::Answer& touched);
     // A touch becomes a sample, or a witness if it is too near to one. One that was not looked for may contradict lenses.
     Step take_from_way(const NearTravel::Met& met, const std::array<std::uint32_t, 3>& beside);
-    Step take(const ProbeHead::Answer& touched, const std::array<std::uint32_t, 3>& beside);
+    Step take(const ProbeHead::Answer& touched, const std::array<std::uint32_t, 3>& beside, const std::optional<double>& spacing = {});
 
     ProbedSpace& space_;
     MaintainedDelaunay& state_;

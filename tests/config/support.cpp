@@ -301,7 +301,7 @@ public:
                                static_cast<int>(o.strategy.infer), static_cast<int>(o.strategy.travel)}) {
             add(static_cast<std::uint64_t>(word));
         }
-        for (const auto& value : {o.sizing.smallest, o.budget.displacement, o.budget.machine_time}) {
+        for (const auto& value : {o.tolerance, o.spacing_min, o.sizing.smallest, o.budget.displacement, o.budget.machine_time}) {
             add_all(std::uint64_t{value.has_value()}, value.value_or(0.0));
         }
         add_all(o.sizing.radii_of_curvature, o.min_angle, std::uint64_t{o.budget.probes.has_value()}, o.budget.probes.value_or(0));

@@ -1,0 +1,147 @@
+#include "planner/tolerance/tolerance_search.h"
+
+#include <Eigen/Geometry>
+#include <algorithm>
+#include <cmath>
+#include <limits>
+
+#include "planner/curved/curved_surface.h"
+
+namespace palpate {
+namespace {
+
+// Of edges, while touches are looked for: a point of these is near to the middle of every ball.
+constexpr int kSegments = 6;
+// Of a ball's radius: touches keep that from samples, so that these stay spread evenly. Places near to each other are touched once.
+constexpr double kSpread = 0.7;
+// Of a ball's radius: so near to a touch that was in vain it is not tried again.
+constexpr double kInVain = 0.5;
+// Surprises that are looked back at; fewer than the least say nothing.
+constexpr std::size_t kRemembered = 100;
+constexpr std::size_t kLeast = 20;
+constexpr double kShare = 0.95;  // of them are to be within what is stated
+constexpr double kLeastScale = 0.25;
+constexpr double kGreatestScale = 4.0;
+
+double area(const TriangleMesh& mesh, const std::array<std::uint32_t, 3>& t) {
+    return (mesh.points[t[1]] - mesh.points[t[0]]).cross(mesh.points[t[2]] - mesh.points[t[0]]).norm() / 2;
+}
+
+}  // namespace
+
+struct ToleranceSearch::FineSurface {
+    CurvedSurface surface;
+    std::vector<double> worst;          // per triangle of Ŝ, mm
+    std::vector<std::uint32_t> middle;  // per triangle of Ŝ: the point nearest to its ball's centre
+
+    [[nodiscard]] Place place(const SampledSurface& of, std::uint32_t facet, std::uint32_t point) const {
+        Place place{surface.mesh.points[point], surface.normals[point], surface.uncertainty[point], kSpread * of.ball_radii[facet], {}};
+        for (std::size_t k = 0; k < 3; ++k) place.samples.at(k) = of.sample_of[of.mesh.triangles[facet].at(k)];
+        return place;
+    }
+};
+
+ToleranceSearch::ToleranceSearch(const Options& options) : options_(options), random_(options.random_seed) {
+    evidence_.tolerance = options.tolerance;
+}
+
+ToleranceSearch::FineSurface ToleranceSearch::curved(const SampledSurface& surface) const {
+    const std::vector<double> errors(options_.touch_error > 0 ? surface.mesh.points.size() : 0, options_.touch_error);
+    CurvedOptions options;
+    options.epsilon = options_.epsilon;
+    options.segments = kSegments;
+    FineSurface fine{curve({surface.mesh, errors, surface.is_known}, options), {}, {}};
+    fine.worst.resize(surface.mesh.triangles.size());
+    fine.middle.resize(surface.mesh.triangles.size());
+    std::vector<double> nearest(surface.mesh.triangles.size(), std::numeric_limits<double>::infinity());
+    const TriangleMesh& mesh = fine.surface.mesh;
+    for (std::size_t t = 0; t < mesh.triangles.size(); ++t) {
+        const std::uint32_t facet = fine.surface.facet_of[t];
+        for (const std::uint32_t v : mesh.triangles[t]) {
+            fine.worst[facet] = std::max(fine.worst[facet], fine.surface.uncertainty[v]);
+            const double distance = (mesh.points[v] - surface.ball_centres[facet]).norm();
+            if (distance >= nearest[facet]) continue;
+            nearest[facet] = distance;
+            fine.middle[facet] = v;
+        }
+    }
+    return fine;
+}
+
+double ToleranceSearch::scale() const {
+    if (surprises_.size() < kLeast) return 1;
+    std::vector<double> sorted(surprises_.begin(), surprises_.end());
+    const auto at = sorted.begin() + static_cast<std::ptrdiff_t>(kShare * static_cast<double>(sorted.size() - 1));
+    std::nth_element(sorted.begin(), at, sorted.end());
+    return std::clamp(*at, kLeastScale, kGreatestScale);
+}
+
+bool ToleranceSearch::was_in_vain(const Place& place, double radius) const {
+    return std::ranges::any_of(in_vain_, [&](const Point& p) { return (p - place.at).norm() < kInVain * radius; });
+}
+
+std::vector<ToleranceSearch::Place> ToleranceSearch::places(const SampledSurface& surface) {
+    evidence_.foretold = 0;
+    evidence_.unmet_facets = 0;
+    const FineSurface fine = curved(surface);
+    const double scale = this->scale();
+    std::vector<Place> places;
+    for (std::uint32_t f = 0; f < surface.mesh.triangles.size(); ++f) {
+        if (!surface.is_known.empty() && surface.is_known[f] != 0) continue;
+        const double foretold = scale * fine.worst[f];
+        evidence_.foretold = std::max(evidence_.foretold, foretold);
+        if (!(foretold > options_.tolerance)) continue;
+        Place place = fine.place(surface, f, fine.middle[f]);
+        place.spacing = std::max(place.spacing, options_.spacing_min);
+        if (surface.ball_radii[f] < options_.spacing_min || was_in_vain(place, surface.ball_radii[f])) {
+            ++evidence_.unmet_facets;
+            continue;
+        }
+        places.push_back(place);
+    }
+    return places;
+}
+
+std::vector<ToleranceSearch::Place> ToleranceSearch::draw(const SampledSurface& surface, std::size_t count) {
+    const FineSurface fine = curved(surface);
+    const TriangleMesh& mesh = fine.surface.mesh;
+    std::vector<double> below(mesh.triangles.size());
+    double sum = 0;
+    for (std::size_t t = 0; t < mesh.triangles.size(); ++t) {
+        const std::uint32_t facet = fine.surface.facet_of[t];
+        if (surface.is_known.empty() || surface.is_known[facet] == 0) sum += area(mesh, mesh.triangles[t]);
+        below[t] = sum;
+    }
+    std::vector<Place> drawn;
+    if (!(sum > 0)) return drawn;
+    for (std::size_t k = 0; k < count; ++k) {
+        // A standard distribution is not the same everywhere.
+        const double at = sum * (static_cast<double>(random_() >> 11U) * 0x1p-53);
+        const auto t = static_cast<std::size_t>(std::ranges::upper_bound(below, at) - below.begin());
+        const auto& triangle = mesh.triangles[std::min(t, mesh.triangles.size() - 1)];
+        drawn.push_back(fine.place(surface, fine.surface.facet_of[std::min(t, mesh.triangles.size() - 1)], triangle[random_() % 3]));
+        drawn.back().spacing = options_.spacing_min;
+    }
+    return drawn;
+}
+
+void ToleranceSearch::note(const Place& place, const std::optional<Point>& met, bool inserted) {
+    ++evidence_.touched;
+    if (!inserted) in_vain_.push_back(place.at);
+    if (!met || !(place.stated > 0)) return;
+    surprises_.push_back(std::abs((*met - place.at).dot(place.normal)) / place.stated);
+    if (surprises_.size() > kRemembered) surprises_.pop_front();
+}
+
+void ToleranceSearch::note_audit(const Place& place, const std::optional<Point>& met) {
+    if (!met) {
+        ++evidence_.barred;
+        return;
+    }
+    const double off = std::abs((*met - place.at).dot(place.normal));
+    ++evidence_.audited;
+    evidence_.beyond += off > options_.tolerance + options_.touch_error ? 1 : 0;
+    evidence_.worst = std::max(evidence_.worst, off);
+}
+
+}  // namespace palpate
