@@ -20,10 +20,27 @@ constexpr double kLeastRidge = 1e-9;
 constexpr double kRoughness = 0.01;
 // An error is about so many standard deviations.
 constexpr double kDeviations = 3.0;
+// Fewer touches do not tell a quadric.
+constexpr std::size_t kFewestForQuadric = 14;
+// Cosine of 60°: where normals turn by more, a quadric is no better than a plane, and on coarse tori worse by half.
+constexpr double kMostTurnOfQuadric = 0.5;
 // Touches of a larger error are left to their neighbours.
 constexpr double kMostRidge = 1e3;
 
 double ridge_of(double error) { return std::clamp(std::pow(error / (kDeviations * kRoughness), 2), kLeastRidge, kMostRidge); }
+
+// By row the values of 1, x, y, z and, of ten, x²/2, y²/2, z²/2, xy, xz, yz.
+Eigen::MatrixXd polynomials(const Eigen::Array<double, Eigen::Dynamic, 3>& at, Eigen::Index count) {
+    Eigen::MatrixXd p(at.rows(), count);
+    p.col(0).setOnes();
+    p.middleCols<3>(1) = at.matrix();
+    if (count == 4) return p;
+    p.middleCols<3>(4) = (at.square() / 2).matrix();
+    p.col(7) = (at.col(0) * at.col(1)).matrix();
+    p.col(8) = (at.col(0) * at.col(2)).matrix();
+    p.col(9) = (at.col(1) * at.col(2)).matrix();
+    return p;
+}
 
 // By how much the first touch is off what is predicted without the first `count` rows. Of the inverse K⁻¹ of the system the columns have
 // K⁻¹ wanted and K⁻¹'s first columns: without the rows B the residual there is (K⁻¹_BB)⁻¹ (K⁻¹ wanted)_B.
@@ -37,7 +54,7 @@ double left_out(const Eigen::MatrixXd& columns, Eigen::Index count) {
 
 }  // namespace
 
-std::optional<LocalSpline> LocalSpline::fit(std::span<const Site> sites, std::size_t near, double scale) {
+std::optional<LocalSpline> LocalSpline::fit(std::span<const Site> sites, std::size_t near, double scale, Trend trend) {
     if (sites.size() < kFewestSites || sites.size() > kMostSites || !(scale > 0)) return std::nullopt;
     LocalSpline s;
     s.origin_ = sites.front().point;
@@ -71,15 +88,17 @@ std::optional<LocalSpline> LocalSpline::fit(std::span<const Site> sites, std::si
         a.col(j) = (squared * squared.sqrt()).matrix();
     }
     a.diagonal() += ridge;
-    Eigen::Matrix<double, Eigen::Dynamic, 4> p(n, 4);
-    p.col(0).setOnes();
-    p.rightCols<3>() = s.centres_.matrix();
-    const Eigen::HouseholderQR<Eigen::Matrix<double, Eigen::Dynamic, 4>> qr(p);
-    const Eigen::Matrix4d r = qr.matrixQR().topRows<4>().triangularView<Eigen::Upper>();
+    const bool bends = trend == Trend::quadric && sites.size() >= kFewestForQuadric && std::ranges::all_of(sites, [&](const Site& site) {
+                           return site.normal.dot(sites.front().normal) > kMostTurnOfQuadric;
+                       });
+    const Eigen::MatrixXd p = polynomials(s.centres_, bends ? 10 : 4);
+    const Eigen::Index q = p.cols();
+    const Eigen::HouseholderQR<Eigen::MatrixXd> qr(p);
+    const Eigen::MatrixXd r = qr.matrixQR().topRows(q).triangularView<Eigen::Upper>();
     if (r.diagonal().cwiseAbs().minCoeff() < 1e-6) return std::nullopt;
     a.applyOnTheLeft(qr.householderQ().adjoint());
     a.applyOnTheRight(qr.householderQ());
-    const Eigen::Index m = n - 4;
+    const Eigen::Index m = n - q;
     const Eigen::LLT<Eigen::MatrixXd> solver(a.bottomRightCorner(m, m));
     if (solver.info() != Eigen::Success) return std::nullopt;
     // The columns besides are what the inverse of the whole does to the rows of the near touches: it tells what is predicted without them.
@@ -87,10 +106,12 @@ std::optional<LocalSpline> LocalSpline::fit(std::span<const Site> sites, std::si
     columns.col(0) = wanted;
     for (Eigen::Index k = 0; k < rows; ++k) columns(k, 1 + k) = 1;
     columns.applyOnTheLeft(qr.householderQ().adjoint());
-    const Eigen::Vector4d top = columns.col(0).head<4>();
+    const Eigen::VectorXd top = columns.col(0).head(q);
     columns.bottomRows(m) = solver.solve(columns.bottomRows(m));
-    columns.topRows<4>().setZero();
-    s.plane_ = r.triangularView<Eigen::Upper>().solve(top - a.topRightCorner(4, m) * columns.col(0).tail(m));
+    columns.topRows(q).setZero();
+    const Eigen::VectorXd d = r.triangularView<Eigen::Upper>().solve(top - a.topRightCorner(q, m) * columns.col(0).tail(m));
+    s.plane_ = d.head<4>();
+    if (q == 10) s.quadric_ << d[4], d[7], d[8], d[7], d[5], d[9], d[8], d[9], d[6];
     columns.applyOnTheLeft(qr.householderQ());
     s.weights_ = columns.col(0).array();
     s.surprise_ = scale * left_out(columns, 3);
@@ -106,8 +127,8 @@ LocalSpline::Jet LocalSpline::jet(const Point& p) const {
     const Column dz = x[2] - centres_.col(2);
     const Column squared = dx.square() + dy.square() + dz.square();
     const Column slope = weights_ * squared.sqrt();
-    const Vector gradient = plane_.tail<3>() + 3 * Vector((slope * dx).sum(), (slope * dy).sum(), (slope * dz).sum());
-    return {(plane_[0] + plane_.tail<3>().dot(x) + (slope * squared).sum()) * scale_, gradient};
+    const Vector gradient = plane_.tail<3>() + quadric_ * x + 3 * Vector((slope * dx).sum(), (slope * dy).sum(), (slope * dz).sum());
+    return {(plane_[0] + plane_.tail<3>().dot(x) + x.dot(quadric_ * x) / 2 + (slope * squared).sum()) * scale_, gradient};
 }
 
 LocalSpline::SecondJet LocalSpline::second_jet(const Point& p) const {
@@ -122,14 +143,14 @@ LocalSpline::SecondJet LocalSpline::second_jet(const Point& p) const {
     const Column slope = weights_ * length;
     const Column share = weights_ / (length + kNoLength);
     SecondJet all;
-    all.value = (plane_[0] + plane_.tail<3>().dot(x) + (slope * squared).sum()) * scale_;
-    all.gradient = plane_.tail<3>() + 3 * Vector((slope * dx).sum(), (slope * dy).sum(), (slope * dz).sum());
+    all.value = (plane_[0] + plane_.tail<3>().dot(x) + x.dot(quadric_ * x) / 2 + (slope * squared).sum()) * scale_;
+    all.gradient = plane_.tail<3>() + quadric_ * x + 3 * Vector((slope * dx).sum(), (slope * dy).sum(), (slope * dz).sum());
     const double xy = (share * dx * dy).sum();
     const double xz = (share * dx * dz).sum();
     const double yz = (share * dy * dz).sum();
     all.hessian << (share * dx.square()).sum(), xy, xz, xy, (share * dy.square()).sum(), yz, xz, yz, (share * dz.square()).sum();
     all.hessian.diagonal().array() += slope.sum();
-    all.hessian *= 3 / scale_;
+    all.hessian = (3 * all.hessian + quadric_) / scale_;
     return all;
 }
 

@@ -28,8 +28,10 @@ constexpr double kOnSide = 0.02;
 constexpr int kAdoptions = 2;
 // Of a crease's height over the edge that cuts it off: what its sides' surprises may be at most.
 constexpr double kMostSurprise = 0.25;
-// Of the edge's length: how far from its middle the crease may be. An edge of 45° is cut off by half of that at most.
-constexpr double kMostHeight = 0.5;
+// Of the edge's length: how far from its middle the crease may be. Half of it at right angles, 0.87 where sides enclose 60°.
+constexpr double kMostHeight = 0.87;
+// rad: what a side may turn from a touch to the crease.
+constexpr double kMostBend = 0.25;
 // Parts of a split facet look where their side looks, as a cosine.
 constexpr double kLeastTurn = 0.5;
 
@@ -116,7 +118,8 @@ private:
             const FacetSides::Side& side = sides_.sides()[other];
             if (other == main_[side.point]) sites.push_back({mesh_.points[side.point], side.normal, error_[side.point]});
         }
-        return splines_.emplace(s, LocalSpline::fit(sites, 1, sides_.sides()[s].spacing / std::sqrt(3.0))).first->second;
+        return splines_.emplace(s, LocalSpline::fit(sites, 1, sides_.sides()[s].spacing / std::sqrt(3.0), LocalSpline::Trend::plane))
+            .first->second;
     }
 
     // A point beside a crease that has hardly a facet on one side: it is on the side of a neighbour whose surface passes through it.
@@ -169,6 +172,12 @@ private:
             crease_place(Blend({Share{&one, &surface_a, 1.0}, Share{}, Share{}}), Blend({Share{&other, &surface_b, 1.0}, Share{}, Share{}}),
                          middle, std::min(most_ + (p - q).norm() / 2, kMostHeight * (p - q).norm()));
         if (!place) return std::nullopt;
+        // Sides that bend towards each other meet without a crease.
+        const Vector here = at_a->jet(*place).gradient.normalized();
+        const Vector there = at_b->jet(*place).gradient.normalized();
+        if (here.dot(there) > std::cos(kCrease) || here.dot(one.normal) < std::cos(kMostBend) ||
+            there.dot(other.normal) < std::cos(kMostBend))
+            return std::nullopt;
         const double height = (*place - nearest_on({p, q}, *place)).norm();
         const double doubt =
             std::max(std::max(at_a->surprise(), at_b->surprise()), std::max(error_[edge.points[0]], error_[edge.points[1]]));

