@@ -139,11 +139,6 @@ void describe(Archive& keys, Options& options) {
         keys.value({"spacing_min", "with a tolerance samples come no nearer to each other; null: the tolerance, or 20 touch errors",
                     Need::optional, kMillimetres},
                    options.spacing_min, kLengthOrNull);
-        keys.require(!options.tolerance || *options.tolerance < options.epsilon, "tolerance",
-                     "is no less than epsilon; allowed: below it (mm)");
-        keys.require(options.tolerance || !options.spacing_min, "spacing_min",
-                     "has no tolerance that it belongs to; allowed: with "
-                     "probing.tolerance only");
     }
     keys.value({"trust",
                 "how likely a plausible facet may be wrong: one that is 8 times as likely wrong is touched, so that far fewer are on the "

@@ -65,6 +65,11 @@ void describe(Archive& keys, SessionConfig& config) {
         inner.require(!config.area || box != nullptr, "area", "has no box around it; allowed: with workspace.box only");
         inner.require(!config.area || box == nullptr || overlap(bounds_of(*config.area), *box), "area",
                       "lies outside workspace.box; allowed: one that has some of it");
+        const Options& options = config.probing;
+        inner.require(!options.tolerance || *options.tolerance < options.epsilon, "tolerance",
+                      "is no less than epsilon; allowed: below it (mm)");
+        inner.require(options.tolerance || !options.spacing_min, "spacing_min",
+                      "has no tolerance that it belongs to; allowed: with probing.tolerance only");
     });
     if (keys.wants(config.results != ResultSpec{})) {
         mapping(keys, {"results", "what is made of what was touched", Need::optional, "", "all"}, config.results);

@@ -29,11 +29,11 @@ inline constexpr std::size_t kPartTags = 6;
 [[nodiscard]] inline bool is_measured(PartTag tag) { return tag == PartTag::tip || tag == PartTag::bridged; }
 
 struct TracedSurface {
-    TriangleMesh mesh;                     // closed; its points are places of the ball's centre
-    std::vector<std::uint8_t> is_fixture;  // per point: 1 on a grown fixture, known without a touch. Empty: none is
-    std::vector<Vector> to_tool;           // per point: unit, to where the tool came from; zero: not known. Empty: none is
-    std::vector<std::uint8_t> is_outside;  // per point: 1 on a wall around the area that alone was probed. Empty: none is
-    std::optional<Area> area;              // that one
+    TriangleMesh mesh;                       // closed; its points are places of the ball's centre
+    std::vector<std::uint8_t> is_fixture;    // per point: 1 on a grown fixture, known without a touch. Empty: none is
+    std::vector<Vector> to_tool;             // per point: unit, to where the tool came from; zero: not known. Empty: none is
+    std::vector<std::uint8_t> is_outside{};  // per point: 1 on a wall around the area that alone was probed. Empty: none is
+    std::optional<Area> area{};              // that one
 };
 
 struct CompensationOptions {
