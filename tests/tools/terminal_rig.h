@@ -34,7 +34,7 @@ public:
         const winsize size{24, columns, 0, 0};
         shell_ = forkpty(&master_, nullptr, nullptr, &size);
         if (shell_ == 0) be_shell(folder.c_str(), argv.data());
-        for (int k = 0; k < 2000 && id() == shell_; ++k) usleep(1000);
+        for (int k = 0; k < 5000 && (id() <= 0 || id() == shell_) && !is_over(); ++k) usleep(1000);
     }
     ~TypedAt() {
         close(master_);
@@ -47,10 +47,13 @@ public:
     TypedAt(TypedAt&&) = delete;
     TypedAt& operator=(TypedAt&&) = delete;
 
-    // Of the program, which is the job in the foreground.
+    // Of the program, which is the job in the foreground; none (0, or less) before it begins and when it has ended.
     [[nodiscard]] pid_t id() const { return tcgetpgrp(master_); }
     void type(const std::string& text) const { ASSERT_EQ(write(master_, text.data(), text.size()), static_cast<ssize_t>(text.size())); }
-    void send(int signal) const { kill(id(), signal); }
+    void send(int signal) const {
+        // kill() takes 0 for our own group, and -1 for whatever runs.
+        if (const pid_t program = id(); program > 0) kill(program, signal);
+    }
     // Reads on until it has said that; false if it ended before, or did not within 20 s.
     bool wait_for(const std::string& text) {
         const auto until = std::chrono::steady_clock::now() + std::chrono::seconds(20);
@@ -93,6 +96,11 @@ public:
     std::string said;
 
 private:
+    // The shell has ended, and was not waited for.
+    [[nodiscard]] bool is_over() const {
+        siginfo_t info{};
+        return waitid(P_PID, static_cast<id_t>(shell_), &info, WEXITED | WNOHANG | WNOWAIT) == 0 && info.si_pid != 0;
+    }
     bool read_some(int patience_ms) {
         pollfd waiting{master_, POLLIN, 0};
         if (poll(&waiting, 1, patience_ms) <= 0) return false;
