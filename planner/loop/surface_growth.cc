@@ -148,10 +148,7 @@ SurfaceGrowth::Step SurfaceGrowth::touch_foretold(const Point& place, const Vect
     asked.spacing = spacing;
     asked.beside = beside;
     asked.home = asked.interior_of = beside[0];
-    const std::size_t before = head_.touches().size();
-    Step step = touch(asked);
-    if (head_.touches().size() > before && !head_.touches().back().is_known) step.met = head_.touches().back().position;
-    return step;
+    return touch(asked);
 }
 
 SurfaceGrowth::Step SurfaceGrowth::touch(const FrontTouch& asked) {
@@ -182,7 +179,9 @@ SurfaceGrowth::Step SurfaceGrowth::touch(const FrontTouch& asked) {
     const std::array<std::uint32_t, 5> lenses{asked.home, asked.interior_of, asked.beside[0], asked.beside[1], asked.beside[2]};
     model_.check(met->position, true, lenses);
     if (asked.along) learn_crossing(*asked.along, *met);
-    return take(*met, asked.beside, asked.spacing);
+    Step step = take(*met, asked.beside, asked.spacing);
+    if (!met->is_known) step.met = met->position;
+    return step;
 }
 
 bool SurfaceGrowth::is_known(DirectedEdge e) const {

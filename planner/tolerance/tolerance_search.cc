@@ -11,7 +11,7 @@ namespace palpate {
 namespace {
 
 // Of edges, while touches are looked for: a point of these is near to the middle of every ball.
-constexpr int kSegments = 6;
+constexpr int kSegments = 3;
 // Of a ball's radius: touches keep that from samples, so that these stay spread evenly. Places near to each other are touched once.
 constexpr double kSpread = 0.7;
 // Of a ball's radius: so near to a touch that was in vain it is not tried again.
@@ -76,8 +76,8 @@ double ToleranceSearch::scale() const {
     return std::clamp(*at, kLeastScale, kGreatestScale);
 }
 
-bool ToleranceSearch::was_in_vain(const Place& place, double radius) const {
-    return std::ranges::any_of(in_vain_, [&](const Point& p) { return (p - place.at).norm() < kInVain * radius; });
+bool ToleranceSearch::is_near(const std::vector<Point>& points, const Place& place) {
+    return std::ranges::any_of(points, [&](const Point& p) { return (p - place.at).norm() < kInVain / kSpread * place.spacing; });
 }
 
 std::vector<ToleranceSearch::Place> ToleranceSearch::places(const SampledSurface& surface) {
@@ -93,7 +93,7 @@ std::vector<ToleranceSearch::Place> ToleranceSearch::places(const SampledSurface
         if (!(foretold > options_.tolerance)) continue;
         Place place = fine.place(surface, f, fine.middle[f]);
         place.spacing = std::max(place.spacing, options_.spacing_min);
-        if (surface.ball_radii[f] < options_.spacing_min || was_in_vain(place, surface.ball_radii[f])) {
+        if (surface.ball_radii[f] < options_.spacing_min || is_near(in_vain_, place)) {
             ++evidence_.unmet_facets;
             continue;
         }
@@ -127,7 +127,12 @@ std::vector<ToleranceSearch::Place> ToleranceSearch::draw(const SampledSurface& 
 
 void ToleranceSearch::note(const Place& place, const std::optional<Point>& met, bool inserted) {
     ++evidence_.touched;
-    if (!inserted) in_vain_.push_back(place.at);
+    // What is in the way may be gone, or passed, another time.
+    if (!met && !inserted && !is_near(barred_, place)) {
+        barred_.push_back(place.at);
+    } else if (!inserted) {
+        in_vain_.push_back(place.at);
+    }
     if (!met || !(place.stated > 0)) return;
     surprises_.push_back(std::abs((*met - place.at).dot(place.normal)) / place.stated);
     if (surprises_.size() > kRemembered) surprises_.pop_front();

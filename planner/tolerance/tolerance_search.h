@@ -63,13 +63,14 @@ private:
     [[nodiscard]] FineSurface curved(const SampledSurface& surface) const;
     // By what the surface states is to be multiplied, as surprises show.
     [[nodiscard]] double scale() const;
-    [[nodiscard]] bool was_in_vain(const Place& place, double radius) const;
+    [[nodiscard]] static bool is_near(const std::vector<Point>& points, const Place& place);
 
     const Options options_;
     std::mt19937_64 random_;
     DeviationEvidence evidence_;
     std::deque<double> surprises_;  // over what was stated, the latest ones
-    std::vector<Point> in_vain_;    // touched, and no sample came of it
+    std::vector<Point> barred_;     // nothing was met there, once
+    std::vector<Point> in_vain_;    // ... or twice, or it was touched and no sample came of it
 };
 
 }  // namespace palpate

@@ -113,13 +113,13 @@ std::optional<ToolShape> tool_of(const Case& test) {
     return tool;
 }
 
-struct Run {
+struct AreaRun {
     Result result;
-    ToolAccount account;
+    ToolAccount account{};
     std::uint64_t moves_out = 0;
 };
 
-Run probe(const Case& test, const HiddenObject& object, const Fixtures& fixtures, const std::optional<Area>& area) {
+AreaRun probe(const Case& test, const HiddenObject& object, const Fixtures& fixtures, const std::optional<Area>& area) {
     const std::optional<ToolShape> tool = tool_of(test);
     const Surroundings surroundings =
         surroundings_with(test.workspace, fixtures, tool.value_or(ToolShape{}), kClearance, test.epsilon, area);
@@ -140,7 +140,7 @@ Run probe(const Case& test, const HiddenObject& object, const Fixtures& fixtures
     options.epsilon = test.epsilon;
     options.strategy = Strategy::adaptive();
     options.goes_home = true;
-    Run run{probe_surface(oracle, surroundings, options)};
+    AreaRun run{probe_surface(oracle, surroundings, options)};
     run.account = audit.account();
     run.moves_out = area_audit.moves_out();
     return run;
@@ -167,7 +167,7 @@ TEST_P(WithinAnArea, StaysInItAndEndsRightAndOpen) {
     const HiddenObject object = object_of(test, file);
     Fixtures fixtures;
     if (test.is_bunny) fixtures.solids.emplace_back(Table{0});
-    const Run run = probe(test, object, fixtures, test.area);
+    const AreaRun run = probe(test, object, fixtures, test.area);
     const Result& result = run.result;
 
     EXPECT_EQ(run.moves_out, 0U);

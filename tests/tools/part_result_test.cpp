@@ -194,7 +194,7 @@ TEST_F(PartResultTest, ItsPictureTellsWhatColoursMeanAndIsDrawnAgainFromItsMesh)
     EXPECT_THAT(told, ::testing::Not(::testing::Contains("shadow")));
     EXPECT_NEAR(percent, 100, 3);
 
-    (void)write_results(folder_, run.result, part, Provenance{}, "{}", {});
+    (void)write_results(folder_, run.result, part, std::nullopt, Provenance{}, "{}", {});
     const auto read = [&] {
         std::ifstream in(folder_ / kPictureFile, std::ios::binary);
         return std::string{std::istreambuf_iterator<char>(in), std::istreambuf_iterator<char>()};

@@ -7,7 +7,6 @@
 #include <cmath>
 #include <numeric>
 
-
 namespace palpate {
 namespace {
 
@@ -85,10 +84,21 @@ TEST(ToleranceSearch, KnownFacetsAreNeitherTouchedNorDrawn) {
 TEST(ToleranceSearch, ATouchInVainIsNotMadeAgain) {
     const SampledSurface surface = sampled_torus(24, 12);
     ToleranceSearch search(options(1e-6));
-    for (const auto& place : search.places(surface)) search.note(place, std::nullopt, false);
+    for (const auto& place : search.places(surface)) search.note(place, place.at, false);
     EXPECT_TRUE(search.places(surface).empty());
     EXPECT_EQ(search.evidence().unmet_facets, surface.mesh.triangles.size());
     EXPECT_EQ(search.evidence().touched, surface.mesh.triangles.size());
+}
+
+TEST(ToleranceSearch, APlaceThatWasBarredIsTriedOnceMore) {
+    const SampledSurface surface = sampled_torus(24, 12);
+    ToleranceSearch search(options(1e-6));
+    const ToleranceSearch::Place place = search.places(surface).front();
+    const std::size_t all = search.places(surface).size();
+    search.note(place, std::nullopt, false);
+    EXPECT_EQ(search.places(surface).size(), all);
+    search.note(place, std::nullopt, false);
+    EXPECT_LT(search.places(surface).size(), all);
 }
 
 TEST(ToleranceSearch, NearerThanTheLeastSpacingNothingIsAskedFor) {

@@ -398,7 +398,7 @@ TEST_F(PictureFile, IsRefusedWithoutAMeshOfTriangles) {
     const std::string header = "ply\nformat ascii 1.0\nelement vertex 4\nproperty double x\nproperty double y\nproperty double z\n";
     const std::string faces = "property list uchar int vertex_indices\nend_header\n0 0 0\n1 0 0\n1 1 0\n0 1 0\n";
     EXPECT_EQ(refusal(), "no such file; check the path (it is taken as written)");
-    write_file(folder_ / "mesh.ply", to_ply({}));
+    write_file(folder_ / "mesh.ply", to_ply(TriangleMesh{}));
     EXPECT_EQ(refusal(), "holds no faces; export it as a surface mesh");
     write_file(folder_ / "mesh.ply", header + "element face 1\n" + faces + "4 0 1 2 3\n");
     EXPECT_EQ(refusal(), "a face has 4 corners, and only triangles are expected");
