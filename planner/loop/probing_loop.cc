@@ -340,13 +340,18 @@ bool ProbingLoop::approach_tolerance() {
 }
 
 void ProbingLoop::touch_places(std::vector<ToleranceSearch::Place> places, bool is_audit) {
+    const std::size_t known = state_.sample_count();
     while (!places.empty() && used_up(options_.budget, head_.cost(), traits_.rates).empty()) {
         const Point at = space_.roadmap().at(head_.at());
         const auto nearest = std::ranges::min_element(places, {}, [&](const auto& place) { return (place.at - at).squaredNorm(); });
         const ToleranceSearch::Place place = *nearest;
         places.erase(nearest);
         const std::uint32_t sample = state_.nearest_sample(place.at, state_.cell_at(place.samples[0]));
-        if (!is_audit && (state_.sample(sample) - place.at).norm() < place.spacing) continue;
+        if (!is_audit && (state_.sample(sample) - place.at).norm() < place.spacing) {
+            // One of this round may have helped. One that was there before will be there again.
+            if (sample < known) tolerance_->give_up(place);
+            continue;
+        }
         const SurfaceGrowth::Step step = growth_->touch_foretold(place.at, place.normal, place.samples, place.spacing);
         note_touches();
         is_audit ? tolerance_->note_audit(place, step.met) : tolerance_->note(place, step.met, step.sample.has_value());

@@ -1,5 +1,5 @@
-// Where touches make a curved surface through the samples nearer to S than a tolerance (planner/DESIGN.md, "Touches where the shape needs
-// them").
+// Where touches make a curved surface through the samples nearer to S than a tolerance
+// (planner/DESIGN.md, "Touches where the shape needs them").
 //
 // Every touch first foretells where it will meet S: on the curved surface. What it finds is a surprise. Surprises over what the surface
 // stated of itself scale what it states next.
@@ -54,6 +54,8 @@ public:
 
     // A touch of that place met S there, or nothing. `inserted`: it became a sample.
     void note(const Place& place, const std::optional<Point>& met, bool inserted);
+    // It is too near to a sample to be touched.
+    void give_up(const Place& place) { in_vain_.push_back(place.at); }
     void note_audit(const Place& place, const std::optional<Point>& met);
 
     [[nodiscard]] const DeviationEvidence& evidence() const { return evidence_; }

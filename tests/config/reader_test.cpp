@@ -303,10 +303,10 @@ TEST_F(Reader, RefusesSeedsThatAreNotWholeNumbers) {
 }
 
 TEST_F(Reader, RefusesUnknownKeysAndSuggestsNearOnes) {
-    EXPECT_EQ(
-        complaint("probing:\n  epsilom: 0.25\n"),
-        "s.yaml:2: probing.epsilom: unknown key; did you mean \"epsilon\"?; allowed: epsilon, reach, strategy, standoff, tolerance, spacing_min, trust, audit, "
-        "seed_rays, refinement_floor, sizing, min_angle, budget");
+    EXPECT_EQ(complaint("probing:\n  epsilom: 0.25\n"),
+              "s.yaml:2: probing.epsilom: unknown key; did you mean \"epsilon\"?; allowed: epsilon, reach, strategy, standoff, tolerance, "
+              "spacing_min, trust, audit, "
+              "seed_rays, refinement_floor, sizing, min_angle, budget, area");
     EXPECT_EQ(complaint(kProbing + "colour: red\n"),
               "s.yaml:2: colour: unknown key; allowed: object, machine, tool, simulation, workspace, probing, results, random_seed");
     EXPECT_EQ(complaint(kProbing + "workspace: {ball: {centre: [0, 0, 0], radius: 1}}"),

@@ -234,7 +234,7 @@ TEST_F(CommandLine, PicturesAreDrawnOnRequest) {
     write_torus(0.3);
     const Outcome without = palpate("simulate torus.yaml -o s --no-picture");
     ASSERT_EQ(without.exit_code, 0) << without.err;
-    EXPECT_THAT(without.out, HasSubstr("written to     s: config.yaml, mesh.ply, touches.csv, summary.json\n"));
+    EXPECT_THAT(without.out, HasSubstr("written to     s: config.yaml, mesh.ply, touches.csv, summary.json, surface.ply\n"));
     EXPECT_FALSE(fs::exists(folder_ / "s/picture.png"));
     const Outcome drawn = palpate("picture s --up x");
     EXPECT_EQ(drawn.exit_code, 0) << drawn.err;

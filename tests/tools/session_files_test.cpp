@@ -134,6 +134,7 @@ TEST(SessionFiles, EveryKeyOfASummaryIsDocumentedAndEveryDocumentedKeyIsWritten)
     simulation.truth.emplace();
     simulation.curved_truth.emplace();
     simulation.tool.emplace();
+    simulation.moves_out_of_area.emplace();
     MachineRun machine;
     machine.result = simulation.result;
     machine.resumptions = {JournalResumption{{1}, {0.5}, 1}};
@@ -145,6 +146,7 @@ TEST(SessionFiles, EveryKeyOfASummaryIsDocumentedAndEveryDocumentedKeyIsWritten)
     Provenance of_shape{"0123abcd"};
     of_shape.shape = "torus";
     simulation.result.certificate.premises.push_back({Premise::Kind::known_solids, Premise::State::assumed, ""});
+    simulation.result.deviation.emplace();
     add(to_json(simulation, PartResult{}, 0.5, of_mesh));
     add(to_json(machine, {}, 0.5, of_shape));
 
