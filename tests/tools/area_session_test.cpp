@@ -28,8 +28,8 @@ const std::vector<Case>& cases() {
     static const std::vector<Case> all{
         {"{box: {min: [-3.2, -3.1, 0], max: [3.4, 3.3, 7]}}", Box{{-3.2, -3.1, 0}, {3.4, 3.3, 7}},
          "6.6 x 6.4 x 7 mm of the ball's centre; the tool comes from above\n"},
-        {"{box: {min: [-9, -9, 2], max: [9, 9, 9]}}", Box{{-9, -9, 2}, {9, 9, 9}},
-         "14 x 14 x 5 mm of the ball's centre; the tool comes from -x, +x, -y, +y, above\n"},
+        {"{box: {min: [-9, -9, 3], max: [9, 9, 9]}}", Box{{-9, -9, 3}, {9, 9, 9}},
+         "14 x 14 x 4 mm of the ball's centre; the tool comes from -x, +x, -y, +y, above\n"},
         {"{polygon: {corners: [[-4, -4], [4, -4], [4, 0], [0, 0], [0, 4], [-4, 4]], z: [-0.5, 9]}}",
          Prism{{{-4, -4}, {4, -4}, {4, 0}, {0, 0}, {0, 4}, {-4, 4}}, {-0.5, 9}},
          "8 x 8 x 7.5 mm of the ball's centre, in a polygon of 6 corners and 48 mm2; the tool comes from above\n"},
