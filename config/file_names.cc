@@ -13,6 +13,7 @@ using Rename = fs::path (*)(const fs::path& file, const fs::path& folder);
 void rename_all(SessionConfig& config, const fs::path& folder, Rename rename) {
     if (auto* const mesh = config.object ? std::get_if<MeshSpec>(&*config.object) : nullptr) mesh->file = rename(mesh->file, folder);
     if (!config.calibration.file.empty()) config.calibration.file = rename(config.calibration.file, folder);
+    if (!config.earlier.file.empty()) config.earlier.file = rename(config.earlier.file, folder);
     auto* const modbus = config.machine ? std::get_if<ModbusSpec>(&config.machine->connection) : nullptr;
     if (modbus != nullptr && !modbus->profile.empty()) modbus->profile = rename(modbus->profile, folder);
 }

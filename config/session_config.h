@@ -29,6 +29,11 @@ struct CalibrationSpec {
     double max_age_days = 7.0;   // > 0: older ones are warned of
 };
 
+// Where the touches of an earlier run stand, which this one goes on from.
+struct EarlierSpec {
+    std::filesystem::path file;  // empty: there was none
+};
+
 // What is made of what was touched.
 struct ResultSpec {
     // With shadows and what lies on fixtures as they are known, or cut off where the part was not measured.
@@ -50,6 +55,8 @@ struct SessionConfig {
     std::optional<ProbeErrors> errors;
     WorkspaceSpec workspace;
     Fixtures fixtures;  // with a box as workspace only
+    // `probing.earlier` is what that file says; the reader looks at no file but its own (tools/earlier_session).
+    EarlierSpec earlier;
     Options probing;
     std::optional<Area> area;  // that alone is probed; with a box as workspace only
     ResultSpec results;        // `part` with a tool only

@@ -173,6 +173,13 @@ Premise thickness_premise(const Evidence& evidence) {
 }
 
 // By prediction and by chance: it never makes the mesh more than it is, nor less.
+Premise earlier_premise(const EarlierEvidence& earlier) {
+    return {Kind::earlier_touches, State::checked,
+            fmt::format("{} touches of an earlier run were taken over, {} of them as samples; {} places were touched again, the worst was "
+                        "{:.3g} mm off, the limit is {:.3g} mm",
+                        earlier.touches, earlier.samples, earlier.checked, earlier.worst, earlier.limit)};
+}
+
 Premise deviation_premise(const DeviationEvidence& deviation) {
     const bool holds = deviation.unmet_facets == 0 && deviation.foretold <= deviation.tolerance && deviation.beyond == 0;
     std::string detail = fmt::format("99 % of the curved surface are within {:.6g} mm, as {} touches foretold and found; ",
@@ -219,6 +226,8 @@ const char* name_of(Premise::Kind kind) {
             return "known solids";
         case Kind::within_area:
             return "only within the area";
+        case Kind::earlier_touches:
+            return "the object has not moved";
         case Kind::own_end:
             return "the run ended by itself";
     }
@@ -243,6 +252,7 @@ Certificate certify(const Options& options, const Topology& topology, const Evid
     if (evidence.deviation) certificate.premises.push_back(deviation_premise(*evidence.deviation));
     if (evidence.has_fixtures) certificate.premises.push_back(known_solids_premise(evidence));
     if (evidence.has_area) certificate.premises.push_back(area_premise(evidence));
+    if (evidence.earlier) certificate.premises.push_back(earlier_premise(*evidence.earlier));
     if (evidence.has_facet_criteria) certificate.premises.push_back(facet_premise(evidence));
     const bool guesses = evidence.reach && evidence.reach->inferred > 0 && !certificate.find(Kind::inference)->holds();
     const bool is_shaped = !evidence.has_facet_criteria || certificate.find(Kind::sizing_and_angles)->holds();

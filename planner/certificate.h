@@ -28,6 +28,7 @@ struct Premise {
         deviation,                 // the curved surface is within the tolerance
         known_solids,              // fixtures are where they are said to be, and nothing else stands on them
         within_area,               // an area alone was probed
+        earlier_touches,           // the object is where it was when an earlier run touched it
     };
     enum class State {
         checked,  // on the result
@@ -81,6 +82,15 @@ struct ReachEvidence {
     double least_confidence = 1.0;                             // of the plausible facets
 };
 
+// What became of an earlier run's touches.
+struct EarlierEvidence {
+    std::uint64_t touches = 0;  // taken over
+    std::uint64_t samples = 0;  // of those
+    std::uint64_t checked = 0;  // places touched again
+    double limit = 0.0;         // mm: farther off, the object has moved
+    double worst = 0.0;         // mm: of those places, off where they were
+};
+
 // What the certificate rests on, as found on the result.
 struct Evidence {
     double max_ball_radius = 0.0;                // mm: of facets that a touch or a proof put into the mesh
@@ -105,6 +115,7 @@ struct Evidence {
     bool seeds_given = false;                    // by the user, one per component
     double touch_error = 0.0;                    // mm: of the oracle's touches, as it states it
     std::optional<DeviationEvidence> deviation;  // with a tolerance
+    std::optional<EarlierEvidence> earlier;      // if there was an earlier run
     std::optional<ReachEvidence> reach;          // of inference, if there was any
 };
 

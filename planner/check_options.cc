@@ -55,6 +55,21 @@ void check_sizing(const Sizing& sizing) {
             "sizing by curvature must not be negative, and its smallest size must be positive");
 }
 
+void check_earlier(const Surroundings& surroundings, const Options& options) {
+    require(is_positive_if_given(options.earlier_limit), "earlier_limit must be positive and finite");
+    require(options.earlier.empty() || options.inference() != Strategy::Infer::none,
+            "infer: none concludes nothing from earlier touches: say infer: auto, or adaptive");
+    for (std::size_t k = 0; k < options.earlier.size(); ++k) {
+        const EarlierTouch& touch = options.earlier[k];
+        require(touch.position.allFinite() && touch.from.allFinite(), "an earlier touch has a coordinate that is not finite");
+        if (!surroundings.is_free(touch.position)) continue;
+        throw std::invalid_argument(
+            fmt::format("the earlier touch {} at ({:.6g}, {:.6g}, {:.6g}) lies outside the workspace: it has to contain all that was "
+                        "touched",
+                        k, touch.position.x(), touch.position.y(), touch.position.z()));
+    }
+}
+
 void check_budget(const Budget& budget) {
     require(is_positive_if_given(budget.displacement) && is_positive_if_given(budget.machine_time),
             "a budget of displacement or machine time must be positive and finite");
@@ -111,6 +126,7 @@ void check_options(const Surroundings& surroundings, const Options& options, con
         "infer: reach proves nothing where a part stands on a fixture or meets the walls of an area, as S has a crease there: say infer: "
         "adaptive");
     check_seed_rays(options.seed_rays);
+    check_earlier(surroundings, options);
     require(options.refinement_floor > 0 && options.refinement_floor <= 1, "refinement_floor must lie in (0, 1]");
     check_sizing(options.sizing);
     require(options.min_angle >= 0 && options.min_angle <= std::numbers::pi / 6 + kRounding,
@@ -118,6 +134,8 @@ void check_options(const Surroundings& surroundings, const Options& options, con
     require(is_positive_if_given(options.tolerance) && is_positive_if_given(options.spacing_min),
             "tolerance and spacing_min must be positive and finite");
     require(!options.tolerance || *options.tolerance < options.epsilon, "tolerance must be below epsilon");
+    require(!options.tolerance_box || (options.tolerance && options.tolerance_box->is_valid()),
+            "tolerance_box needs a tolerance, and corners of which one is above the other");
     require(!options.tolerance ||
                 (options.inference() == Strategy::Infer::adaptive && options.strategy.refine == Strategy::Refine::eager &&
                  options.strategy.explore == Strategy::Explore::closure && options.strategy.travel == Strategy::Travel::free_space),

@@ -52,6 +52,13 @@ struct Budget {
     std::optional<double> machine_time;  // s, as estimate_machine_time() has it
 };
 
+// A place of S that an earlier run touched.
+struct EarlierTouch {
+    Point position = Point::Zero();
+    Point from = Point::Zero();  // where the probe that found it started: from there to it all was free
+    bool is_sample = false;      // of that run
+};
+
 struct Options {
     double epsilon = 0.0;         // mm, > 0: upper bound on the radius of every surface Delaunay ball of the result
     std::optional<double> reach;  // mm, > 0: a lower bound on rch(S) that the user vouches for
@@ -66,6 +73,11 @@ struct Options {
     // to each other as that takes. None: as near as epsilon asks.
     std::optional<double> tolerance;
     std::optional<double> spacing_min;  // mm, > 0: with a tolerance samples come no nearer; none: the tolerance, or 20 touch errors
+    std::optional<Box> tolerance_box;   // the tolerance is asked for in there alone; none: everywhere
+    // Known before anything moves (planner/DESIGN.md, "Going on"). Some are touched again, and have to be within the limit (mm, > 0) of
+    // where they were; none: a hundredth of epsilon, or five touch errors.
+    std::vector<EarlierTouch> earlier;
+    std::optional<double> earlier_limit;
     Sizing sizing;
     double min_angle = 0.0;  // rad, in [0, π/6]: triangles with a smaller angle are refined, away from seeds (thesis 5.3)
     Budget budget;

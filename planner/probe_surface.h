@@ -38,6 +38,7 @@ struct Result {
     std::size_t samples = 0;                       // |E|, whether a facet uses them or not
     std::size_t known_samples = 0;                 // of those: on known solids, not touched
     std::optional<DeviationEvidence> deviation{};  // with a tolerance
+    std::optional<EarlierEvidence> earlier{};      // with touches of an earlier run
     double max_ball_radius = 0.0;                  // mm: of the facets that touches and proofs put into the mesh
     double max_plausible_ball_radius = 0.0;        // mm: of the others
 

@@ -17,6 +17,7 @@ struct Touch {
         refinement,  // a sample: the centre of a ball larger than ε
         repair,      // a sample: the centre of a smaller ball at a defect of Ŝ (planner/DESIGN.md, "Repair")
         check,       // a known place, touched again to see whether the probe works; not a sample
+        earlier,     // touched by an earlier run
     };
     Point position = Point::Zero();
     Point from = Point::Zero();  // where the probe that found it started

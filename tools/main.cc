@@ -71,6 +71,7 @@ int main(int argc, char** argv) {
         "  palpate check my_part.yaml\n"
         "  palpate probe my_part.yaml -o my_part\n"
         "  palpate resume my_part\n"
+        "  palpate continue my_part -o my_part_fine --tolerance 0.02\n"
         "  palpate bench config/examples/torus.yaml --strategy thesis,default\n"
         "Exit codes: 0 done, 1 internal error, 2 bad usage or configuration, 3 device fault, 4 incomplete result,\n"
         "5 a premise that was given is refuted (6 is kept for parts out of tolerance).\n"
@@ -141,6 +142,32 @@ int main(int argc, char** argv) {
         "Example: palpate resume my_part\n         palpate resume my_part --set machine.grbl.port=/dev/ttyUSB1\n         palpate resume "
         "--replay my_part\n"
         "Only how the machine is reached and homed may be overridden, and the budget raised: a session goes on as it began.");
+
+    ContinueCommand going_on;
+    CLI::App* const continue_app =
+        app.add_subcommand("continue", "Go on from the touches of a session, finer or with a tolerance, in a new session folder");
+    continue_app->add_option("DIR", going_on.earlier, "Folder of a session, finished or stopped, on a machine or simulated")->required();
+    add_folder(continue_app, going_on.folder);
+    continue_app->add_option("--tolerance", going_on.tolerance, "probing.tolerance of the new session, mm")
+        ->check(CLI::PositiveNumber)
+        ->type_name("MM");
+    continue_app->add_option("--epsilon", going_on.epsilon, "probing.epsilon of the new session, mm")
+        ->check(CLI::PositiveNumber)
+        ->type_name("MM");
+    continue_app->add_option("--box", going_on.box, "Both in this box alone, mm: its lowest and its highest corner")
+        ->delimiter(',')
+        ->expected(6)
+        ->type_name("X,Y,Z X,Y,Z");
+    continue_app->add_flag("--force", going_on.force, "Replace a simulated session that is already in the output folder");
+    add_yes(continue_app, going_on.yes);
+    add_overrides(continue_app, going_on.overrides);
+    add_loudness(continue_app);
+    add_picture(continue_app);
+    continue_app->footer(
+        "Example: palpate continue bunny -o bunny_fine --tolerance 0.1\n"
+        "         palpate continue my_part -o my_part_boss --epsilon 0.5 --box 10,10,0 30,25,12\n"
+        "Nothing that was touched is touched again but three places, which show that the part is where it was. The session that is gone on "
+        "from stays as it is.");
 
     PictureCommand picture;
     CLI::App* const picture_app = app.add_subcommand("picture", "Draw the picture of a session again, from its mesh.ply");
@@ -301,6 +328,9 @@ int main(int argc, char** argv) {
         } else if (*resume_app) {
             resume.picture = {!no_picture, up[0]};
             code = run(resume, output);
+        } else if (*continue_app) {
+            going_on.picture = {!no_picture, up[0]};
+            code = run(going_on, output);
         } else if (*picture_app) {
             picture.up = up[0];
             code = run(picture, output);

@@ -37,6 +37,8 @@ const char* to_string(Touch::Role role) {
             return "repair";
         case Touch::Role::check:
             return "check";
+        case Touch::Role::earlier:
+            return "earlier";
     }
     return "";
 }
@@ -59,7 +61,9 @@ void remove_unbegun_session(const fs::path& folder) {
     if (fs::exists(journal, ignored) && fs::file_size(journal, ignored) > 0) return;
     fs::remove(journal, ignored);
     // Without a journal, the mesh of a simulation says that there is a session.
-    if (!fs::exists(folder / kMeshFile, ignored)) fs::remove(folder / kConfigFile, ignored);
+    if (fs::exists(folder / kMeshFile, ignored)) return;
+    fs::remove(folder / kConfigFile, ignored);
+    fs::remove(folder / kEarlierFile, ignored);
 }
 
 std::string shell_word(const std::string& word) {

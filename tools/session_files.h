@@ -1,5 +1,5 @@
 // What a session leaves (planner/DESIGN.md, "Session folder"): config.yaml, mesh.ply, surface.ply, touches.csv, summary.json, picture.png;
-// on a machine journal.jsonl.
+// on a machine journal.jsonl; earlier.csv if it went on from another.
 #pragma once
 
 #include <array>
@@ -19,7 +19,9 @@ inline constexpr const char* kSurfaceFile = "surface.ply";
 inline constexpr const char* kPictureFile = "picture.png";
 inline constexpr const char* kTouchesFile = "touches.csv";
 inline constexpr const char* kSummaryFile = "summary.json";
-inline constexpr std::array<const char*, 8> kSessionFiles = {kConfigFile,  kJournalFile, kMeshFile,    kToolMeshFile,
+// In a session that goes on from another: the touches of that.
+inline constexpr const char* kEarlierFile = "earlier.csv";
+inline constexpr std::array<const char*, 9> kSessionFiles = {kEarlierFile, kConfigFile,  kJournalFile, kMeshFile,   kToolMeshFile,
                                                              kSurfaceFile, kTouchesFile, kSummaryFile, kPictureFile};
 
 // A folder or file that cannot be used. The message names it and says what to do.

@@ -3,7 +3,10 @@
 #include <fmt/format.h>
 
 #include <algorithm>
+#include <utility>
 
+#include "tools/calibration_file.h"
+#include "tools/earlier_session.h"
 #include "tools/provenance.h"
 #include "tools/session_files.h"
 #include "tools/session_surroundings.h"
@@ -36,9 +39,12 @@ Surroundings machine_workspace(const SessionConfig& config) {
     return surroundings;
 }
 
+SessionConfig with_its_files(SessionConfig config) { return with_earlier_touches(with_calibration(std::move(config))); }
+
 std::vector<std::filesystem::path> inputs_of(const SessionConfig& config, const std::filesystem::path& file) {
     std::vector<std::filesystem::path> inputs = {file};
     if (!config.calibration.file.empty()) inputs.push_back(config.calibration.file);
+    if (!config.earlier.file.empty()) inputs.push_back(config.earlier.file);
     if (!config.object) return inputs;
     if (const auto* mesh = std::get_if<MeshSpec>(&*config.object)) inputs.push_back(mesh->file);
     return inputs;

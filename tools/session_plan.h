@@ -19,6 +19,9 @@ namespace palpate {
 // ω of a configuration for a machine. Throws SetupError if there is no machine or ω is not given, and as check_session does.
 [[nodiscard]] Surroundings machine_workspace(const SessionConfig& config);
 
+// With what the files say that it names: a calibration, touches of an earlier session. Throws CalibrationError, SetupError.
+[[nodiscard]] SessionConfig with_its_files(SessionConfig config);
+
 // The files that a run reads.
 [[nodiscard]] std::vector<std::filesystem::path> inputs_of(const SessionConfig& config, const std::filesystem::path& file);
 

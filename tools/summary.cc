@@ -99,6 +99,10 @@ Json summarise(const Result& r, const std::optional<PartResult>& part, const Pro
                              {"touched", d.touched},  {"audited", d.audited},   {"beyond", d.beyond},
                              {"barred", d.barred},    {"worst", d.worst}};
     }
+    if (r.earlier) {
+        const EarlierEvidence& e = *r.earlier;
+        json["earlier"] = {{"touches", e.touches}, {"samples", e.samples}, {"checked", e.checked}, {"limit", e.limit}, {"worst", e.worst}};
+    }
     if (part) json["part"] = summarise(*part);
     return json;
 }

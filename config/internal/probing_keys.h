@@ -139,6 +139,8 @@ void describe(Archive& keys, Options& options) {
         keys.value({"spacing_min", "with a tolerance samples come no nearer to each other; null: the tolerance, or 20 touch errors",
                     Need::optional, kMillimetres},
                    options.spacing_min, kLengthOrNull);
+        mapping(keys, {"tolerance_box", "the tolerance is asked for in this box alone", Need::optional, "", "everywhere"},
+                options.tolerance_box);
     }
     keys.value({"trust",
                 "how likely a plausible facet may be wrong: one that is 8 times as likely wrong is touched, so that far fewer are on the "

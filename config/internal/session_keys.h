@@ -55,6 +55,17 @@ void describe(Archive& keys, SessionConfig& config) {
         [&](Archive& inner) { describe(inner, config.workspace, config.fixtures); });
     keys.mapping({.name = "probing", .meaning = "the task", .need = Need::required, .layout = Layout::block}, true, [&](Archive& inner) {
         describe(inner, config.probing);
+        if (inner.wants(!config.earlier.file.empty())) {
+            inner.value(
+                {"earlier",
+                 "touches.csv of an earlier session on the same object, which has not moved since: nothing of that is touched again "
+                 "but three places (`palpate continue` sets this); a file, relative to the config file",
+                 Need::optional, "", "none"},
+                config.earlier.file, File{});
+            inner.value({"earlier_limit", "how far off these may be met; null: a hundredth of epsilon, or 5 touch errors if that is more",
+                         Need::optional, kMillimetres},
+                        config.probing.earlier_limit, kLengthOrNull);
+        }
         mapping(inner,
                 {"area",
                  "places of the tool's centre: only what lies within is probed, what is outside is never entered, and the result is open "
@@ -68,6 +79,10 @@ void describe(Archive& keys, SessionConfig& config) {
         const Options& options = config.probing;
         inner.require(!options.tolerance || *options.tolerance < options.epsilon, "tolerance",
                       "is no less than epsilon; allowed: below it (mm)");
+        inner.require(options.tolerance || !options.tolerance_box, "tolerance_box",
+                      "has no tolerance that it belongs to; allowed: with probing.tolerance only");
+        inner.require(!config.earlier.file.empty() || !options.earlier_limit, "earlier_limit",
+                      "has no earlier touches that it belongs to; allowed: with probing.earlier only");
         inner.require(options.tolerance || !options.spacing_min, "spacing_min",
                       "has no tolerance that it belongs to; allowed: with probing.tolerance only");
     });

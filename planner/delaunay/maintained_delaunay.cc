@@ -464,7 +464,7 @@ void MaintainedDelaunay::learn_inferred(DirectedEdge e, const Point& near, const
 }
 
 void MaintainedDelaunay::withdraw(DirectedEdge e) {
-    assert(recorded_state(e) == EdgeState::crossing && crossing(e).inferred);
+    assert(recorded_state(e) == EdgeState::crossing && crossing(e).near_anchor == kNoAnchor);
     drop_crossing(record(e));
 }
 

@@ -224,7 +224,7 @@ public:
     // S must cross the edge between `near`, which is free, and `far`, inside O, both on the edge: inferred, so nothing was
     // traversed. REQUIRES: no crossing is known.
     void learn_inferred(DirectedEdge e, const Point& near, const Point& far);
-    // What was inferred does not hold. REQUIRES: e holds an inferred crossing.
+    // What was inferred, or touched by an earlier run, does not hold. REQUIRES: e holds a crossing that no tool of this run was at.
     void withdraw(DirectedEdge e);
     // Touches that a later answer took back.
     [[nodiscard]] std::uint64_t grazes() const { return grazes_; }

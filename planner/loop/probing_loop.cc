@@ -2,6 +2,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <limits>
 #include <stdexcept>
 #include <string>
 #include <utility>
@@ -66,6 +67,10 @@ void ProbingLoop::execute() {
 }
 
 void ProbingLoop::seed() {
+    if (!options_.earlier.empty()) {
+        earlier_.emplace(options_, traits_.touch_error, criteria_, space_, head_);
+        return;
+    }
     const std::vector<SeedFacet> seeds = touch_seeds(options_, space_, head_);
     for (const SeedFacet& seed : seeds) faceted_.insert(seed.samples.begin(), seed.samples.end());
 }
@@ -78,9 +83,10 @@ void ProbingLoop::probe_all() {
     if (options_.inference() != Strategy::Infer::none) growth_.emplace(space_, head_, options_, traits_, criteria_, observer_, effort_);
     if (growth_ && options_.tolerance) {
         const double spacing_min = options_.spacing_min.value_or(least_useful_spacing(*options_.tolerance, traits_.touch_error));
-        tolerance_.emplace(
-            ToleranceSearch::Options{*options_.tolerance, options_.epsilon, spacing_min, traits_.touch_error, options_.random_seed});
+        tolerance_.emplace(ToleranceSearch::Options{*options_.tolerance, options_.epsilon, spacing_min, traits_.touch_error,
+                                                    options_.random_seed, options_.tolerance_box});
     }
+    if (earlier_) touch_earlier_places();
     walk_.sweep();
     while ((stopped_by_ = used_up(options_.budget, head_.cost(), traits_.rates)).empty()) {
         if (grow()) continue;
@@ -89,13 +95,31 @@ void ProbingLoop::probe_all() {
             continue;
         }
         if (insert_worst()) continue;
+        // Before doubts are looked into: most are gone where samples are nearer.
+        if (!audited_tolerance_ && approach_tolerance(false)) continue;
         // What follows is linear in the sample and happens a few times in a run.
         walk_.sweep();
         if (growth_) growth_->sweep();
-        if (grow() || walk_.next() || explore_unrepresented() || repair_defects() || refine_facets() || approach_tolerance()) continue;
+        if (grow() || walk_.next() || explore_unrepresented() || repair_defects() || refine_facets() || approach_tolerance(true)) continue;
         if (growth_ && growth_->begin_audit()) continue;
         break;
     }
+}
+
+void ProbingLoop::touch_earlier_places() {
+    for (const EarlierTouches::Other& touch : earlier_->others()) growth_->note_other_touch(touch.position, touch.from);
+    const double no_sample = std::numeric_limits<double>::infinity();
+    while (const auto place = earlier_->next()) {
+        const SurfaceGrowth::Step step =
+            growth_->touch_foretold(place->at, place->outwards, {place->sample, place->sample, place->sample}, no_sample);
+        note_touches();
+        earlier_->note(*place, step.met);
+        add_sample_of(step);
+        while (growth_->settle_refutation()) {
+        }
+        report();
+    }
+    head_.end_of_seeding();
 }
 
 void ProbingLoop::explore(DirectedEdge e) {
@@ -326,12 +350,13 @@ SampledSurface ProbingLoop::sampled_surface() const {
     return surface;
 }
 
-bool ProbingLoop::approach_tolerance() {
+bool ProbingLoop::approach_tolerance(bool may_audit) {
     if (!tolerance_) return false;
     const SampledSurface surface = sampled_surface();
     if (surface.mesh.triangles.empty()) return false;
     std::vector<ToleranceSearch::Place> places = tolerance_->places(surface);
     const bool is_audit = places.empty();
+    if (is_audit && !may_audit) return false;
     if (is_audit && std::exchange(audited_tolerance_, true)) return false;
     if (is_audit) places = tolerance_->draw(surface, growth_->audit_quota());
     if (places.empty()) return false;
@@ -431,6 +456,7 @@ Result ProbingLoop::result() {
     evidence.open_edges = walk_.open_count();
     evidence.stopped_by = stopped_by_;
     if (tolerance_) evidence.deviation = tolerance_->evidence();
+    if (earlier_) evidence.earlier = earlier_->evidence();
     evidence.has_facet_criteria = criteria_.look_at_facets();
     evidence.bad_facets = bad_facets(surface).size();
     evidence.failed_probes = result.cost.failed;
@@ -453,6 +479,7 @@ Result ProbingLoop::result() {
         }
     }
     result.deviation = evidence.deviation;
+    result.earlier = evidence.earlier;
     result.certificate = certify(options_, result.topology, evidence);
     // A front that a budget stopped has open edges everywhere, and no epsilon would mend them.
     if (stopped_by_.empty()) {

@@ -11,9 +11,9 @@
 #include "planner/delaunay/maintained_delaunay.h"
 #include "planner/delaunay/restricted_surface.h"
 #include "planner/delaunay/surface_ball.h"
+#include "planner/loop/earlier_touches.h"
 #include "planner/loop/effort.h"
 #include "planner/loop/facet_quality.h"
-#include "planner/loop/progress_estimate.h"
 #include "planner/loop/repair.h"
 #include "planner/loop/seeding.h"
 #include "planner/loop/surface_growth.h"
@@ -22,6 +22,7 @@
 #include "planner/motion/probe_head.h"
 #include "planner/motion/probed_space.h"
 #include "planner/probe_surface.h"
+#include "planner/progress_estimate.h"
 #include "planner/tolerance/tolerance_search.h"
 
 namespace palpate {
@@ -55,6 +56,8 @@ private:
     void add_sample(const Point& p, CellId near, std::uint32_t touch, Touch::Role role);
     // The sample that a step of the front found, if it found one.
     void add_sample_of(const SurfaceGrowth::Step& step);
+    // Some of what an earlier run touched, to see that the object is where it was.
+    void touch_earlier_places();
     // One step of the front. False if it has nothing to do.
     bool grow();
     // The thesis' refinement: the centre of the largest bad ball becomes a sample. False if there is none.
@@ -67,8 +70,9 @@ private:
     bool repair_defects();
     // Refines the facets of a closed Ŝ that do not fulfil the criteria of sizing and angles. False if there are none.
     bool refine_facets();
-    // Touches where the curved surface is foretold to be beyond the tolerance; then places at random. False if nothing is left to touch.
-    bool approach_tolerance();
+    // Touches where the curved surface is foretold to be beyond the tolerance; then, if it may, places at random. False if nothing is left
+    // to touch.
+    bool approach_tolerance(bool may_audit);
     void touch_places(std::vector<ToleranceSearch::Place> places, bool is_audit);
     [[nodiscard]] SampledSurface sampled_surface() const;
     [[nodiscard]] std::vector<BadFacet> bad_facets(const RestrictedSurface& surface) const;
@@ -89,6 +93,7 @@ private:
     ProbeHead head_;
     VoronoiWalk walk_;
     std::optional<SurfaceGrowth> growth_;  // with a bound on the reach
+    std::optional<EarlierTouches> earlier_;
     std::optional<ToleranceSearch> tolerance_;
     bool audited_tolerance_ = false;
     std::priority_queue<SurfaceBall> bad_;

@@ -46,6 +46,8 @@ public:
     // Infers what it can of an edge that is about to be probed. True if a crossing is known now.
     bool infer(DirectedEdge e) { return front_.infer(e); }
     void note_insertion(const MaintainedDelaunay::Insertion& insertion, const Touch& touch);
+    // S was touched there, from there, and it is no sample.
+    void note_other_touch(const Point& at, const Point& from);
     // Samples from that one on were inserted by seeding.
     void note_seeds(std::size_t first);
     void note_crossing(DirectedEdge e) { front_.note_edges(e); }

@@ -200,6 +200,12 @@ std::uint32_t ProbeHead::note_known(const Point& at, const Point& from) {
     return static_cast<std::uint32_t>(touches_.size() - 1);
 }
 
+std::uint32_t ProbeHead::note_earlier(const Point& at, const Point& from) {
+    touches_.push_back({at, from, Touch::Role::earlier, std::nullopt});
+    touch_starts_.push_back(kNoNode);
+    return static_cast<std::uint32_t>(touches_.size() - 1);
+}
+
 ProbeHead::Answer ProbeHead::failed() {
     ++cost_.failed;
     return {ProbeAnswer::Outcome::failed, roadmap_.at(at_)};
@@ -283,7 +289,8 @@ std::optional<ProbeHead::KnownPlace> ProbeHead::nearest_known(const std::vector<
     std::size_t seen = 0;
     for (std::size_t k = touches_.size(); k-- > 0 && seen < kKnownPlaces;) {
         const Touch& touch = touches_[k];
-        if (touch.role == Touch::Role::check || touch.is_known || touch.from == touch.position) continue;
+        const bool is_ours = touch.role != Touch::Role::check && touch.role != Touch::Role::earlier && !touch.is_known;
+        if (!is_ours || touch.from == touch.position) continue;
         ++seen;
         const auto is_same = [&](const Point& p) { return (p - touch.position).norm() < kSamePlace * watch_->overtravel(); };
         if (std::ranges::any_of(passed_over, is_same)) continue;

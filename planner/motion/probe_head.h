@@ -49,6 +49,8 @@ public:
     Answer probe(const Destination& destination, Touch::Role role = Touch::Role::crossing, const std::optional<Expected>& expected = {});
     // S is known to be there, on a line from `from`: no motion. Returns the number of the touch that stands for it.
     std::uint32_t note_known(const Point& at, const Point& from);
+    // The same of a place that an earlier run touched, from there.
+    std::uint32_t note_earlier(const Point& at, const Point& from);
     // The node where the tool is and that one are at the same place.
     void stand_at(NodeId node);
     // The last contact: where it was, and where the tool came from, straight.

@@ -28,8 +28,11 @@ Destination ProbedSpace::end_of(DirectedEdge e, const EdgeSpan& along) const {
 }
 
 std::optional<Crossing> ProbedSpace::learn_clear(DirectedEdge e, NodeId start, NodeId end) {
-    const std::optional<Crossing> graze = delaunay_.take_back_graze(e, roadmap_.at(start));
     const DirectedEdge back = delaunay_.opposite(e);
+    // What an earlier run touched has no ways of this one: the later answer holds.
+    if (delaunay_.recorded_state(back) == EdgeState::crossing && delaunay_.crossing(back).near_anchor == kNoAnchor)
+        delaunay_.withdraw(back);
+    const std::optional<Crossing> graze = delaunay_.take_back_graze(e, roadmap_.at(start));
     if (!delaunay_.is_free(back.cell)) delaunay_.free(back.cell, end);
     if (delaunay_.recorded_state(back) != EdgeState::crossing) {
         delaunay_.learn_clear(e, start, end);

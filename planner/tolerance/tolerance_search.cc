@@ -14,13 +14,15 @@ namespace {
 constexpr int kSegments = 3;
 // Of a ball's radius: touches keep that from samples, so that these stay spread evenly. Places near to each other are touched once.
 constexpr double kSpread = 0.7;
+// The same of the very centre of a ball, which is touched where that did not help.
+constexpr double kSpreadOfCentre = 0.9;
 // Of a ball's radius: so near to a touch that was in vain it is not tried again.
 constexpr double kInVain = 0.5;
 // Surprises that are looked back at; fewer than the least say nothing.
 constexpr std::size_t kRemembered = 100;
 constexpr std::size_t kLeast = 20;
 constexpr double kShare = 0.95;  // of them are to be within what is stated
-constexpr double kLeastScale = 0.25;
+constexpr double kLeastScale = 0.15;
 constexpr double kGreatestScale = 4.0;
 
 double area(const TriangleMesh& mesh, const std::array<std::uint32_t, 3>& t) {
@@ -80,6 +82,20 @@ bool ToleranceSearch::is_near(const std::vector<Point>& points, const Place& pla
     return std::ranges::any_of(points, [&](const Point& p) { return (p - place.at).norm() < kInVain / kSpread * place.spacing; });
 }
 
+ToleranceSearch::Place ToleranceSearch::centre(const SampledSurface& surface, std::uint32_t facet, Place place) const {
+    const auto& [a, b, c] = surface.mesh.triangles[facet];
+    const Vector u = surface.mesh.points[b] - surface.mesh.points[a];
+    const Vector v = surface.mesh.points[c] - surface.mesh.points[a];
+    const Vector across = u.cross(v);
+    if (!(across.norm() > 0)) return place;
+    place.at = surface.ball_centres[facet];
+    place.normal = across.normalized();
+    place.stated = 0;
+    // Wherever S meets the dual edge, that is as far from the samples as the facet's circumradius at least.
+    place.spacing = std::max(options_.spacing_min, kSpreadOfCentre * u.norm() * v.norm() * (u - v).norm() / (2 * across.norm()));
+    return place;
+}
+
 std::vector<ToleranceSearch::Place> ToleranceSearch::places(const SampledSurface& surface) {
     evidence_.foretold = 0;
     evidence_.unmet_facets = 0;
@@ -88,16 +104,32 @@ std::vector<ToleranceSearch::Place> ToleranceSearch::places(const SampledSurface
     std::vector<Place> places;
     for (std::uint32_t f = 0; f < surface.mesh.triangles.size(); ++f) {
         if (!surface.is_known.empty() && surface.is_known[f] != 0) continue;
+        if (!is_asked_for(fine.surface.mesh.points[fine.middle[f]])) continue;
         const double foretold = scale * fine.worst[f];
         evidence_.foretold = std::max(evidence_.foretold, foretold);
         if (!(foretold > options_.tolerance)) continue;
         Place place = fine.place(surface, f, fine.middle[f]);
         place.spacing = std::max(place.spacing, options_.spacing_min);
-        if (surface.ball_radii[f] < options_.spacing_min || is_near(in_vain_, place)) {
+        if (surface.ball_radii[f] < options_.spacing_min) {
             ++evidence_.unmet_facets;
-            continue;
+        } else if (!is_near(in_vain_, place)) {
+            places.push_back(place);
+        } else {
+            std::ranges::sort(place.samples);
+            if (centred_.contains(place.samples)) {
+                ++evidence_.unmet_facets;
+            } else {
+                places.push_back(centre(surface, f, place));
+            }
         }
-        places.push_back(place);
+    }
+    if (surprises_.size() < kLeast && places.size() > kLeast) {
+        // From everywhere.
+        for (std::size_t k = 0; k < kLeast; ++k) places[k] = places[k * places.size() / kLeast];
+        places.resize(kLeast);
+    }
+    for (const Place& place : places) {
+        if (!(place.stated > 0)) centred_.insert(place.samples);
     }
     return places;
 }
@@ -109,7 +141,8 @@ std::vector<ToleranceSearch::Place> ToleranceSearch::draw(const SampledSurface& 
     double sum = 0;
     for (std::size_t t = 0; t < mesh.triangles.size(); ++t) {
         const std::uint32_t facet = fine.surface.facet_of[t];
-        if (surface.is_known.empty() || surface.is_known[facet] == 0) sum += area(mesh, mesh.triangles[t]);
+        const bool is_known = !surface.is_known.empty() && surface.is_known[facet] != 0;
+        if (!is_known && is_asked_for(mesh.points[mesh.triangles[t][0]])) sum += area(mesh, mesh.triangles[t]);
         below[t] = sum;
     }
     std::vector<Place> drawn;

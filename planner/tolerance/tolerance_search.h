@@ -12,6 +12,7 @@
 #include <deque>
 #include <optional>
 #include <random>
+#include <set>
 #include <vector>
 
 #include "planner/deviation_evidence.h"
@@ -36,18 +37,19 @@ public:
         double spacing_min = 0.0;  // mm, >= 0: samples come no nearer to each other
         double touch_error = 0.0;  // mm, >= 0
         std::uint64_t random_seed = 1;
+        std::optional<Box> box{};  // the tolerance is asked for in there alone
     };
     explicit ToleranceSearch(const Options& options);
 
     struct Place {
         Point at = Point::Zero();                // on the curved surface
         Vector normal = Vector::UnitZ();         // unit, outwards
-        double stated = 0.0;                     // mm: how far S is from there, as the curved surface has it
+        double stated = 0.0;                     // mm: how far S is from there, as the curved surface has it; 0: it does not say
         double spacing = 0.0;                    // mm: that far from all samples at least, or the touch is not worth it
         std::array<std::uint32_t, 3> samples{};  // of the facet
     };
-    // Where the surface is foretold to be beyond the tolerance, spread as evenly as balls are: all at once. Empty once there is none, or
-    // touches do not help any more. Linear time.
+    // Where the surface is foretold to be beyond the tolerance, spread as evenly as balls are: all at once, but few as long as no surprises
+    // tell how good that is. Empty once there is none, or touches do not help any more. Linear time.
     [[nodiscard]] std::vector<Place> places(const SampledSurface& surface);
     // So many, drawn with equal chances by area, or fewer where there is no area. Linear time.
     [[nodiscard]] std::vector<Place> draw(const SampledSurface& surface, std::size_t count);
@@ -63,16 +65,20 @@ public:
 private:
     struct FineSurface;
     [[nodiscard]] FineSurface curved(const SampledSurface& surface) const;
+    [[nodiscard]] bool is_asked_for(const Point& p) const { return !options_.box || options_.box->contains(p); }
     // By what the surface states is to be multiplied, as surprises show.
     [[nodiscard]] double scale() const;
+    // The same facet's place at its ball's centre, along its dual edge.
+    [[nodiscard]] Place centre(const SampledSurface& surface, std::uint32_t facet, Place place) const;
     [[nodiscard]] static bool is_near(const std::vector<Point>& points, const Place& place);
 
     const Options options_;
     std::mt19937_64 random_;
     DeviationEvidence evidence_;
-    std::deque<double> surprises_;  // over what was stated, the latest ones
-    std::vector<Point> barred_;     // nothing was met there, once
-    std::vector<Point> in_vain_;    // ... or twice, or it was touched and no sample came of it
+    std::deque<double> surprises_;                    // over what was stated, the latest ones
+    std::vector<Point> barred_;                       // nothing was met there, once
+    std::vector<Point> in_vain_;                      // ... or twice, or it was touched and no sample came of it
+    std::set<std::array<std::uint32_t, 3>> centred_;  // facets whose ball's centre was asked for, by their samples in order
 };
 
 }  // namespace palpate

@@ -305,8 +305,8 @@ TEST_F(Reader, RefusesSeedsThatAreNotWholeNumbers) {
 TEST_F(Reader, RefusesUnknownKeysAndSuggestsNearOnes) {
     EXPECT_EQ(complaint("probing:\n  epsilom: 0.25\n"),
               "s.yaml:2: probing.epsilom: unknown key; did you mean \"epsilon\"?; allowed: epsilon, reach, strategy, standoff, tolerance, "
-              "spacing_min, trust, audit, "
-              "seed_rays, refinement_floor, sizing, min_angle, budget, area");
+              "spacing_min, tolerance_box, trust, audit, "
+              "seed_rays, refinement_floor, sizing, min_angle, budget, earlier, earlier_limit, area");
     EXPECT_EQ(complaint(kProbing + "colour: red\n"),
               "s.yaml:2: colour: unknown key; allowed: object, machine, tool, simulation, workspace, probing, results, random_seed");
     EXPECT_EQ(complaint(kProbing + "workspace: {ball: {centre: [0, 0, 0], radius: 1}}"),

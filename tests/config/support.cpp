@@ -301,7 +301,9 @@ public:
                                static_cast<int>(o.strategy.infer), static_cast<int>(o.strategy.travel)}) {
             add(static_cast<std::uint64_t>(word));
         }
-        for (const auto& value : {o.tolerance, o.spacing_min, o.sizing.smallest, o.budget.displacement, o.budget.machine_time}) {
+        if (o.tolerance_box) add(*o.tolerance_box);
+        for (const auto& value :
+             {o.tolerance, o.spacing_min, o.earlier_limit, o.sizing.smallest, o.budget.displacement, o.budget.machine_time}) {
             add_all(std::uint64_t{value.has_value()}, value.value_or(0.0));
         }
         add_all(o.sizing.radii_of_curvature, o.min_angle, std::uint64_t{o.budget.probes.has_value()}, o.budget.probes.value_or(0));
@@ -333,6 +335,7 @@ std::vector<std::string> flatten(const SessionConfig& config) {
     }
     flat.add(std::uint64_t{config.tool.has_value()});
     if (config.tool) flat.add(*config.tool);
+    flat.add(config.earlier.file.string());
     flat.add(config.calibration.file.string());
     flat.add(config.calibration.max_age_days);
     flat.add(std::uint64_t{config.errors.has_value()});
@@ -414,6 +417,15 @@ SessionConfig random_config(std::mt19937_64& random) {
     probing.epsilon = length(random);
     if (flip(random)) {
         probing.reach = length(random);
+    }
+    if (flip(random)) {
+        probing.tolerance = probing.epsilon / 2;
+        if (flip(random)) probing.spacing_min = length(random);
+        if (flip(random)) probing.tolerance_box = Box{{-1, -2, -3}, {length(random), length(random), length(random)}};
+    }
+    if (flip(random)) {
+        config.earlier.file = "/sessions/first/touches.csv";
+        if (flip(random)) probing.earlier_limit = length(random);
     }
     probing.strategy.refine = flip(random) ? Strategy::Refine::eager : Strategy::Refine::exhaustive;
     probing.strategy.explore = flip(random) ? Strategy::Explore::closure : Strategy::Explore::exhaustive;

@@ -147,6 +147,7 @@ TEST(SessionFiles, EveryKeyOfASummaryIsDocumentedAndEveryDocumentedKeyIsWritten)
     of_shape.shape = "torus";
     simulation.result.certificate.premises.push_back({Premise::Kind::known_solids, Premise::State::assumed, ""});
     simulation.result.deviation.emplace();
+    simulation.result.earlier.emplace();
     add(to_json(simulation, PartResult{}, 0.5, of_mesh));
     add(to_json(machine, {}, 0.5, of_shape));
 

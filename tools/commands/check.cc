@@ -103,7 +103,7 @@ const char* inference_text(Strategy::Infer infer) {
 
 ExitCode run(const CheckCommand& command, Output& output) {
     std::ostream& out = output.results;
-    const SessionConfig config = with_calibration(read_config(command.config, command.overrides));
+    const SessionConfig config = with_its_files(read_config(command.config, command.overrides));
     for (const std::string& warning : calibration_warnings(config, std::chrono::system_clock::now())) spdlog::warn("{}", warning);
     if (config.machine) return check_machine(command, config, output);
     const Scene scene = build_scene(config);

@@ -52,6 +52,17 @@ struct ResumeCommand {
     bool yes = false;
     PictureChoice picture;
 };
+struct ContinueCommand {
+    std::filesystem::path earlier;  // folder of the session that is gone on from
+    std::filesystem::path folder;
+    std::optional<double> tolerance;  // mm
+    std::optional<double> epsilon;    // mm
+    std::vector<double> box;          // mm: x, y, z of two corners; both are for that box alone then
+    std::vector<std::string> overrides;
+    bool force = false;  // replace a simulated session that is there
+    bool yes = false;
+    PictureChoice picture;
+};
 struct PictureCommand {
     std::filesystem::path folder;
     char up = 'z';
@@ -115,6 +126,7 @@ ExitCode run(const CheckCommand& command, Output& output);
 ExitCode run(const BenchCommand& command, Output& output);
 ExitCode run(const ProbeCommand& command, Output& output);
 ExitCode run(const ResumeCommand& command, Output& output);
+ExitCode run(const ContinueCommand& command, Output& output);
 ExitCode run(const PictureCommand& command, Output& output);
 ExitCode run(const TouchCommand& command, Output& output);
 ExitCode run(const CalibrateCommand& command, Output& output);

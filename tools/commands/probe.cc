@@ -1,10 +1,13 @@
 // palpate probe: a session on a machine.
 #include <spdlog/spdlog.h>
 
+#include <utility>
+
 #include "config/reader.h"
 #include "config/writer.h"
 #include "tools/calibration_file.h"
-#include "tools/commands/commands.h"
+#include "tools/commands/new_session.h"
+#include "tools/earlier_session.h"
 #include "tools/operated_session.h"
 #include "tools/session_files.h"
 #include "tools/session_folder.h"
@@ -12,26 +15,35 @@
 
 namespace palpate {
 
-ExitCode run(const ProbeCommand& command, Output& output) {
+ExitCode begin_on_machine(NewSession session, bool yes, Output& output) {
     StopSignals signals;
-    const SessionConfig config = with_calibration(read_config(command.config, command.overrides));
+    const std::string earlier = take_earlier(session);
+    const SessionConfig& config = session.config;
     for (const std::string& warning : calibration_warnings(config, std::chrono::system_clock::now())) spdlog::warn("{}", warning);
     (void)machine_workspace(config);
-    const std::string text = write_config(config, command.folder);
+    const std::string text = write_config(config, session.folder);
     // A process that was killed before its session began has left its configuration, and an empty journal perhaps.
     const auto was_left = [&](std::string_view file) {
-        const std::filesystem::path there = command.folder / file;
-        return file == kConfigFile && (std::filesystem::exists(command.folder / kJournalFile) || read_file(there) == text);
+        const std::filesystem::path there = session.folder / file;
+        if (file != kConfigFile && file != kEarlierFile) return false;
+        return std::filesystem::exists(session.folder / kJournalFile) || read_file(there) == (file == kConfigFile ? text : earlier);
     };
-    const SessionFolder folder = SessionFolder::begin(command.folder, inputs_of(config, command.config), was_left);
-    write_file(command.folder / kConfigFile, text);
+    const SessionFolder folder = SessionFolder::begin(session.folder, session.inputs, was_left);
     try {
-        return run_session(plan_session(config, command.folder, text), config, command.folder, command.picture,
-                           host_for(config, command.yes, output, signals), output, signals, start_session);
+        if (!earlier.empty()) write_file(session.folder / kEarlierFile, earlier);
+        write_file(session.folder / kConfigFile, text);
+        return run_session(plan_session(config, session.folder, text), config, session.folder, session.picture,
+                           host_for(config, yes, output, signals), output, signals, start_session);
     } catch (...) {
-        remove_unbegun_session(command.folder);
+        remove_unbegun_session(session.folder);
         throw;
     }
+}
+
+ExitCode run(const ProbeCommand& command, Output& output) {
+    SessionConfig config = with_its_files(read_config(command.config, command.overrides));
+    std::vector<std::filesystem::path> inputs = inputs_of(config, command.config);
+    return begin_on_machine({std::move(config), std::move(inputs), command.folder, command.picture}, command.yes, output);
 }
 
 }  // namespace palpate

@@ -8,7 +8,6 @@
 
 #include "config/reader.h"
 #include "config/writer.h"
-#include "tools/calibration_file.h"
 #include "tools/commands/commands.h"
 #include "tools/operated_session.h"
 #include "tools/session_files.h"
@@ -94,7 +93,7 @@ ExitCode run(const ResumeCommand& command, Output& output) {
     std::erase_if(budget, [](const std::string& word) { return !is_budget(word); });
     std::erase_if(reach, [](const std::string& word) { return is_budget(word); });
     const fs::path file = folder / kConfigFile;
-    const SessionConfig config = with_calibration(read_config(file, command.overrides));
+    const SessionConfig config = with_its_files(read_config(file, command.overrides));
     (void)machine_workspace(config);
     SessionPlan plan = plan_session(config, folder, read_file(file));
     SessionHost host = host_for(config, command.yes, output, signals);

@@ -41,7 +41,7 @@ Point middle_of(const std::vector<double>& given, const Box& otherwise) {
 
 Task task_of(const SetupCommand& command) {
     Task task;
-    task.config = with_calibration(read_config(command.config, command.overrides));
+    task.config = with_its_files(read_config(command.config, command.overrides));
     const SessionConfig& config = task.config;
     if (!config.machine) throw SetupError(fmt::format("machine: missing; a setup touches with {}", connection_keys()));
     if (!config.tool) throw SetupError("tool: missing; say with which ball is touched: tool: {ball: {diameter: 2}}");

@@ -2,12 +2,14 @@
 #include <fmt/format.h>
 #include <spdlog/spdlog.h>
 
+#include <utility>
+
 #include "config/reader.h"
 #include "config/writer.h"
 #include "devices/errors.h"
 #include "devices/session/journal.h"
-#include "tools/calibration_file.h"
-#include "tools/commands/commands.h"
+#include "tools/commands/new_session.h"
+#include "tools/earlier_session.h"
 #include "tools/hindsight.h"
 #include "tools/provenance.h"
 #include "tools/results.h"
@@ -18,34 +20,41 @@
 
 namespace palpate {
 
-ExitCode run(const SimulateCommand& command, Output& output) {
+ExitCode begin_simulation(NewSession session, bool force, Output& output) {
     StopSignals signals;
-    const SessionConfig config = with_calibration(read_config(command.config, command.overrides));
+    const std::string earlier = take_earlier(session);
+    const SessionConfig& config = session.config;
     const Scene scene = build_scene(config);
     print_warnings(scene.object);
-    const SessionFolder folder =
-        SessionFolder::begin(command.folder, inputs_of(config, command.config), [&](std::string_view) { return command.force; });
+    const SessionFolder folder = SessionFolder::begin(session.folder, session.inputs, [&](std::string_view) { return force; });
     warn_of_false_reach(config, scene.object);
     if (config.machine && config.machine->datum)
         spdlog::warn("machine.datum: a simulation touches no datum and takes out no drift; `palpate vm` and `palpate probe` do");
-    const std::string text = write_config(config, command.folder);
+    const std::string text = write_config(config, session.folder);
     // Before the run, in which the mesh file may change.
-    const Provenance provenance = provenance_of(config, command.folder, digest(text), object_sha256(config));
+    const Provenance provenance = provenance_of(config, session.folder, digest(text), object_sha256(config));
     Simulation run = simulate_with_progress(config, scene, output, signals);
     if (signals.token().stop_requested()) throw Stopped("stopped; nothing was written");
     warn_of_other_truth(run);
-    write_file(command.folder / kConfigFile, text);
+    if (!earlier.empty()) write_file(session.folder / kEarlierFile, earlier);
+    write_file(session.folder / kConfigFile, text);
     const std::optional<PartResult> part = part_of(run.result, config);
     const std::optional<CurvedSurface> curved = curved_of(run.result, part, config);
     if (curved && run.truth) {
         run.curved_truth = measure_surface(scene.object, curved->mesh, kCurvedTruthPoints, config.probing.random_seed);
     }
     const std::string summary = to_json(run, part, config.probing.epsilon, provenance);
-    const std::string files = write_results(command.folder, run.result, part, curved, provenance, summary, command.picture);
+    const std::string files = write_results(session.folder, run.result, part, curved, provenance, summary, session.picture);
     signals.release();
-    tell_result(output, run.result, part, config.probing.epsilon, {"truth", describe_truth(run)}, summary, command.folder,
+    tell_result(output, run.result, part, config.probing.epsilon, {"truth", describe_truth(run)}, summary, session.folder,
                 fmt::format("config.yaml, {}", files));
     return exit_code_of(run.result);
+}
+
+ExitCode run(const SimulateCommand& command, Output& output) {
+    SessionConfig config = with_its_files(read_config(command.config, command.overrides));
+    std::vector<std::filesystem::path> inputs = inputs_of(config, command.config);
+    return begin_simulation({std::move(config), std::move(inputs), command.folder, command.picture}, command.force, output);
 }
 
 }  // namespace palpate

@@ -1,4 +1,4 @@
-#include "planner/loop/progress_estimate.h"
+#include "planner/progress_estimate.h"
 
 #include <algorithm>
 

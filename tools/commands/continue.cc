@@ -1,0 +1,71 @@
+// palpate continue: a session goes on from another's touches, finer or with a tolerance.
+#include <fmt/format.h>
+
+#include <utility>
+
+#include "config/reader.h"
+#include "tools/commands/new_session.h"
+#include "tools/earlier_session.h"
+#include "tools/session_files.h"
+#include "tools/session_plan.h"
+
+namespace palpate {
+namespace {
+
+namespace fs = std::filesystem;
+
+// What is asked for from now on; within the box alone, if there is one.
+void refine(Options& options, const ContinueCommand& command) {
+    options.tolerance_box.reset();
+    if (command.box.empty()) {
+        if (command.epsilon) options.epsilon = *command.epsilon;
+        if (command.tolerance) options.tolerance = command.tolerance;
+        return;
+    }
+    const auto& b = command.box;
+    const Box box{{b[0], b[1], b[2]}, {b[3], b[4], b[5]}};
+    if (!box.is_valid())
+        throw SetupError(
+            "--box: the second corner is not above the first in x, y and z; allowed: X,Y,Z of the lowest and of the highest corner (mm)");
+    if (!command.epsilon && !command.tolerance) throw SetupError("--box: says where, but not what: give --epsilon or --tolerance as well");
+    if (command.epsilon) options.sizing.regions.push_back({box, *command.epsilon});
+    if (!command.tolerance) return;
+    options.tolerance = command.tolerance;
+    options.tolerance_box = box;
+}
+
+}  // namespace
+
+std::string take_earlier(NewSession& session) {
+    fs::path& file = session.config.earlier.file;
+    if (session.earlier.empty() && !file.empty()) session.earlier = read_file(file);
+    if (session.earlier.empty()) return {};
+    file = fs::absolute(session.folder / kEarlierFile);
+    session.config.probing.earlier = parse_touches(session.earlier, file.string());
+    return session.earlier;
+}
+
+ExitCode run(const ContinueCommand& command, Output& output) {
+    const bool is_journal = command.earlier.filename() == kJournalFile && !fs::is_directory(command.earlier);
+    const fs::path earlier = is_journal ? command.earlier.parent_path() : command.earlier;
+    const fs::path file = earlier / kConfigFile;
+    std::error_code error;
+    if (!fs::is_regular_file(file, error)) {
+        throw SetupError(
+            fmt::format("{}: holds no {}; give the folder of a session. From a touches.csv alone a configuration goes on that names it: "
+                        "probing.earlier",
+                        earlier.string(), kConfigFile));
+    }
+    SessionConfig config = read_config(file, command.overrides);
+    refine(config.probing, command);
+    config.earlier.file.clear();  // those are among this session's touches
+    config = with_its_files(std::move(config));
+    std::vector<fs::path> inputs = inputs_of(config, file);
+    for (const char* name : kSessionFiles) inputs.push_back(earlier / name);
+    NewSession session{std::move(config), std::move(inputs), command.folder, command.picture, earlier_touches_in(earlier)};
+    const bool was_on_machine = fs::exists(earlier / kJournalFile, error);
+    return was_on_machine ? begin_on_machine(std::move(session), command.yes, output)
+                          : begin_simulation(std::move(session), command.force, output);
+}
+
+}  // namespace palpate

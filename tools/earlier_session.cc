@@ -1,0 +1,134 @@
+#include "tools/earlier_session.h"
+
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <array>
+#include <charconv>
+#include <cmath>
+#include <optional>
+#include <string_view>
+
+#include "devices/errors.h"
+#include "devices/session/journal.h"
+#include "tools/session_files.h"
+
+namespace palpate {
+namespace {
+
+namespace fs = std::filesystem;
+
+using Fields = std::vector<std::string_view>;
+
+Fields fields_of(std::string_view line) {
+    Fields fields;
+    for (std::size_t begin = 0; begin <= line.size();) {
+        const std::size_t end = std::min(line.find(',', begin), line.size());
+        fields.push_back(line.substr(begin, end - begin));
+        begin = end + 1;
+    }
+    return fields;
+}
+
+std::optional<double> number_in(std::string_view field) {
+    double value = 0;
+    const auto [last, error] = std::from_chars(field.data(), field.data() + field.size(), value);
+    if (error != std::errc{} || last != field.data() + field.size() || !std::isfinite(value)) return std::nullopt;
+    return value;
+}
+
+// Lines without their ends; the last may lack one.
+class Lines {
+public:
+    explicit Lines(std::string_view text) : rest_(text) {}
+    [[nodiscard]] std::optional<std::string_view> next() {
+        if (rest_.empty()) return std::nullopt;
+        const std::size_t end = std::min(rest_.find('\n'), rest_.size());
+        std::string_view line = rest_.substr(0, end);
+        rest_.remove_prefix(std::min(end + 1, rest_.size()));
+        if (line.ends_with('\r')) line.remove_suffix(1);
+        ++number_;
+        return line;
+    }
+    [[nodiscard]] std::size_t number() const { return number_; }
+
+private:
+    std::string_view rest_;
+    std::size_t number_ = 0;
+};
+
+constexpr std::array<std::string_view, 6> kCoordinates = {"x", "y", "z", "from_x", "from_y", "from_z"};
+
+std::vector<Touch> touches_in(const Journal& journal) {
+    std::vector<Touch> touches;
+    for (std::size_t k = 0; k < journal.moves.size(); ++k) {
+        const JournalMove& move = journal.moves[k];
+        if (move.result.outcome != MoveResult::Outcome::contact || move.datum || move.pace == Pace::travel) continue;
+        touches.push_back({move.result.position, journal.rest_before(k), Touch::Role::crossing, std::nullopt});
+    }
+    return touches;
+}
+
+}  // namespace
+
+std::string earlier_touches_in(const fs::path& folder) {
+    std::error_code ignored;
+    if (fs::is_regular_file(folder / kTouchesFile, ignored)) return read_file(folder / kTouchesFile);
+    if (fs::is_regular_file(folder / kJournalFile, ignored)) return to_csv(touches_in(read_journal(folder / kJournalFile)));
+    throw SetupError(fmt::format("{}: holds neither {} nor {}; give the folder of a session", folder.string(), kTouchesFile, kJournalFile));
+}
+
+std::vector<EarlierTouch> parse_touches(const std::string& csv, const std::string& name) {
+    Lines lines(csv);
+    const Fields header = fields_of(lines.next().value_or(""));
+    const auto column = [&](std::string_view wanted) {
+        const auto found = std::ranges::find(header, wanted);
+        return found == header.end() ? std::optional<std::size_t>() : static_cast<std::size_t>(found - header.begin());
+    };
+    std::array<std::size_t, kCoordinates.size()> at{};
+    for (std::size_t k = 0; k < at.size(); ++k) {
+        const auto found = column(kCoordinates.at(k));
+        if (!found) {
+            throw SetupError(fmt::format("{}:1: has no column {}; the first line of a touches.csv names its columns, {} among them", name,
+                                         kCoordinates.at(k), fmt::join(kCoordinates, ",")));
+        }
+        at.at(k) = *found;
+    }
+    const auto sample = column("sample");
+    const auto tag = column("tag");
+    std::vector<EarlierTouch> touches;
+    while (const auto line = lines.next()) {
+        const Fields fields = fields_of(*line);
+        if (fields.size() != header.size())
+            throw SetupError(
+                fmt::format("{}:{}: has {} fields, not the {} of its first line", name, lines.number(), fields.size(), header.size()));
+        std::array<double, kCoordinates.size()> values{};
+        for (std::size_t k = 0; k < at.size(); ++k) {
+            const auto value = number_in(fields[at.at(k)]);
+            if (!value) {
+                throw SetupError(fmt::format("{}:{}: {} is \"{}\"; allowed: a finite number (mm)", name, lines.number(), kCoordinates.at(k),
+                                             fields[at.at(k)]));
+            }
+            values.at(k) = *value;
+        }
+        if (tag && fields[*tag] == "fixture") continue;
+        touches.push_back({{values[0], values[1], values[2]}, {values[3], values[4], values[5]}, sample && !fields[*sample].empty()});
+    }
+    if (touches.empty()) throw SetupError(fmt::format("{}: has no touches", name));
+    return touches;
+}
+
+SessionConfig with_earlier_touches(SessionConfig config) {
+    const fs::path& file = config.earlier.file;
+    if (file.empty()) return config;
+    std::error_code ignored;
+    if (!fs::is_regular_file(file, ignored)) {
+        throw SetupError(
+            fmt::format("{}: does not exist, and probing.earlier names it: give the touches.csv of an earlier session, or take the key out",
+                        file.string()));
+    }
+    config.probing.earlier = parse_touches(read_file(file), file.string());
+    return config;
+}
+
+}  // namespace palpate
