@@ -95,12 +95,10 @@ void ProbingLoop::probe_all() {
             continue;
         }
         if (insert_worst()) continue;
-        // Before doubts are looked into: most are gone where samples are nearer.
-        if (!audited_tolerance_ && approach_tolerance(false)) continue;
         // What follows is linear in the sample and happens a few times in a run.
         walk_.sweep();
         if (growth_) growth_->sweep();
-        if (grow() || walk_.next() || explore_unrepresented() || repair_defects() || refine_facets() || approach_tolerance(true)) continue;
+        if (grow() || walk_.next() || explore_unrepresented() || repair_defects() || refine_facets() || approach_tolerance()) continue;
         if (growth_ && growth_->begin_audit()) continue;
         break;
     }
@@ -350,13 +348,12 @@ SampledSurface ProbingLoop::sampled_surface() const {
     return surface;
 }
 
-bool ProbingLoop::approach_tolerance(bool may_audit) {
+bool ProbingLoop::approach_tolerance() {
     if (!tolerance_) return false;
     const SampledSurface surface = sampled_surface();
     if (surface.mesh.triangles.empty()) return false;
     std::vector<ToleranceSearch::Place> places = tolerance_->places(surface);
     const bool is_audit = places.empty();
-    if (is_audit && !may_audit) return false;
     if (is_audit && std::exchange(audited_tolerance_, true)) return false;
     if (is_audit) places = tolerance_->draw(surface, growth_->audit_quota());
     if (places.empty()) return false;

@@ -70,9 +70,8 @@ private:
     bool repair_defects();
     // Refines the facets of a closed Ŝ that do not fulfil the criteria of sizing and angles. False if there are none.
     bool refine_facets();
-    // Touches where the curved surface is foretold to be beyond the tolerance; then, if it may, places at random. False if nothing is left
-    // to touch.
-    bool approach_tolerance(bool may_audit);
+    // Touches where the curved surface is foretold to be beyond the tolerance; then places at random. False if nothing is left to touch.
+    bool approach_tolerance();
     void touch_places(std::vector<ToleranceSearch::Place> places, bool is_audit);
     [[nodiscard]] SampledSurface sampled_surface() const;
     [[nodiscard]] std::vector<BadFacet> bad_facets(const RestrictedSurface& surface) const;
