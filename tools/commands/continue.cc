@@ -17,6 +17,8 @@ namespace fs = std::filesystem;
 // What is asked for from now on; within the box alone, if there is one.
 void refine(Options& options, const ContinueCommand& command) {
     options.tolerance_box.reset();
+    // A proof needs no tolerance, and the configuration may give a bound that it rests on.
+    if (command.tolerance && options.strategy.infer == Strategy::Infer::automatic) options.strategy.infer = Strategy::Infer::adaptive;
     if (command.box.empty()) {
         if (command.epsilon) options.epsilon = *command.epsilon;
         if (command.tolerance) options.tolerance = command.tolerance;
