@@ -23,6 +23,8 @@ void ask(const std::string& what, const Question& question, bool given, Console&
     if (!terminal)
         throw SetupError(fmt::format("there is no terminal to ask on whether {}: give --yes for unattended use", question.whether));
     console.set_status({});
+    // Let go, a terminal takes what both have to say at once, and one would stand amid the other.
+    terminal->wait_while_held(signals);
     (void)console.flush(kPatience);
     const std::string answer = terminal->ask(fmt::format("{}\n{}: ", what, question.text), signals);
     if (signals.token().stop_requested()) throw Stopped(fmt::format("stopped at the question; nothing has {}", question.otherwise));

@@ -35,6 +35,10 @@ Terminal::~Terminal() {
 
 Terminal::Terminal(Terminal&& other) noexcept : file_(std::exchange(other.file_, -1)) {}
 
+void Terminal::wait_while_held(StopSignals& signals) const {
+    while (!signals.token().stop_requested() && !is_ready(file_, POLLOUT, kPoll_ms)) signals.pause();
+}
+
 void Terminal::say(std::string_view text, StopSignals& signals) const {
     while (!text.empty() && !signals.token().stop_requested()) {
         signals.pause();

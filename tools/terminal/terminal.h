@@ -20,6 +20,8 @@ public:
     Terminal& operator=(const Terminal&) = delete;
     Terminal& operator=(Terminal&&) = delete;
 
+    // Until the terminal takes text, or a stop.
+    void wait_while_held(StopSignals& signals) const;
     // Waits for a terminal that is held, until a stop.
     void say(std::string_view text, StopSignals& signals) const;
     // Says it. What was typed before its last character is out, blindly on a terminal that is held, is no answer and dropped.
