@@ -75,7 +75,7 @@ struct Options {
     std::optional<double> spacing_min;  // mm, > 0: with a tolerance samples come no nearer; none: the tolerance, or 20 touch errors
     std::optional<Box> tolerance_box;   // the tolerance is asked for in there alone; none: everywhere
     // Known before anything moves (planner/DESIGN.md, "Going on"). Some are touched again, and have to be within the limit (mm, > 0) of
-    // where they were; none: a hundredth of epsilon, or five touch errors.
+    // where they were; none: a hundredth of epsilon or, if less, half the tolerance; but no less than five touch errors.
     std::vector<EarlierTouch> earlier;
     std::optional<double> earlier_limit;
     Sizing sizing;

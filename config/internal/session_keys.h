@@ -62,7 +62,9 @@ void describe(Archive& keys, SessionConfig& config) {
                  "but three places (`palpate continue` sets this); a file, relative to the config file",
                  Need::optional, "", "none"},
                 config.earlier.file, File{});
-            inner.value({"earlier_limit", "how far off these may be met; null: a hundredth of epsilon, or 5 touch errors if that is more",
+            inner.value({"earlier_limit",
+                         "how far off these may be met; null: a hundredth of epsilon, or half the tolerance if that is less, or 5 touch "
+                         "errors if those are more",
                          Need::optional, kMillimetres},
                         config.probing.earlier_limit, kLengthOrNull);
         }

@@ -12,9 +12,10 @@
 namespace palpate {
 namespace {
 
-// Of them the planner's own touches are within this many touch errors, or this part of ε.
+// A place that has not moved is met again within so many touch errors. A shift of this part of ε, and of the tolerance, does no harm.
 constexpr double kTouchErrors = 5.0;
 constexpr double kOfEpsilon = 0.01;
+constexpr double kOfTolerance = 0.5;
 // Places touched again. More would tell a turn from a shift.
 constexpr std::size_t kChecked = 3;
 // Places that no way led to, after which it is enough.
@@ -42,7 +43,8 @@ EarlierTouches::EarlierTouches(const Options& options, double touch_error, const
     : state_(space.delaunay()),
       epsilon_(options.epsilon),
       same_place_(std::max(touch_error, MaintainedDelaunay::kSamePlace * state_.surroundings().region().radius())) {
-    evidence_.limit = options.earlier_limit.value_or(std::max(kTouchErrors * touch_error, kOfEpsilon * options.epsilon));
+    const double harmless = std::min(kOfEpsilon * options.epsilon, kOfTolerance * options.tolerance.value_or(options.epsilon));
+    evidence_.limit = options.earlier_limit.value_or(std::max(kTouchErrors * touch_error, harmless));
     std::vector<Point> samples;
     std::vector<std::uint32_t> touches;
     SampleGrid grid(options.epsilon);
@@ -55,11 +57,12 @@ EarlierTouches::EarlierTouches(const Options& options, double touch_error, const
     for (const bool takes_samples : {true, false}) {
         for (const EarlierTouch& touch : options.earlier) {
             const Vector outwards = touch.from - touch.position;
-            if (touch.is_sample != takes_samples || state_.surroundings().known_normal(touch.position) || outwards.isZero(0)) continue;
+            if (touch.is_sample != takes_samples || state_.surroundings().known_normal(touch.position)) continue;
             ++evidence_.touches;
             const double least = takes_samples ? kSeedSpacing * options.epsilon
                                                : std::min(criteria.size_at(touch.position), options.epsilon * (1 - kSeedSpacing));
-            if (nearest(touch.position) <= least) {
+            // What was touched without a move says nothing of the side that S was touched from.
+            if (outwards.isZero(0) || nearest(touch.position) <= least) {
                 others_.push_back({touch.position, touch.from});
                 continue;
             }
@@ -90,7 +93,7 @@ void EarlierTouches::learn_crossings(const Other& touch, std::uint32_t number, M
             const auto span = state.span(e);
             if (!span) continue;
             const Vector inwards = span->end_point() - span->start_point();
-            if (inwards.dot(touch.from - at) > 0) continue;
+            if (!(inwards.dot(touch.from - at) < 0)) continue;
             const double along = inwards.normalized().dot(at - span->start_point());
             const double off = (at - span->start_point() - along * inwards.normalized()).norm();
             if (!(off <= same_place_) || along < 0 || along > inwards.norm()) continue;

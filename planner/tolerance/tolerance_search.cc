@@ -87,10 +87,10 @@ ToleranceSearch::Place ToleranceSearch::centre(const SampledSurface& surface, st
     const Vector u = surface.mesh.points[b] - surface.mesh.points[a];
     const Vector v = surface.mesh.points[c] - surface.mesh.points[a];
     const Vector across = u.cross(v);
-    if (!(across.norm() > 0)) return place;
     place.at = surface.ball_centres[facet];
-    place.normal = across.normalized();
     place.stated = 0;
+    if (!(across.norm() > 0)) return place;
+    place.normal = across.normalized();
     // Wherever S meets the dual edge, that is as far from the samples as the facet's circumradius at least.
     place.spacing = std::max(options_.spacing_min, kSpreadOfCentre * u.norm() * v.norm() * (u - v).norm() / (2 * across.norm()));
     return place;

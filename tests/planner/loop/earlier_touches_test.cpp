@@ -129,6 +129,29 @@ TEST(EarlierTouches, ThreePlacesShowEveryShift) {
     EXPECT_NEAR(earlier.evidence().worst, 1e-4, 1e-12);
 }
 
+TEST(EarlierTouches, TheLimitIsWhatDoesNoHarm) {
+    Bench bench(300);
+    bench.options.tolerance = 0.004;
+    EXPECT_DOUBLE_EQ(bench.earlier().evidence().limit, 0.002);
+    Bench noisy(300);
+    noisy.options.tolerance = 0.004;
+    EXPECT_DOUBLE_EQ(noisy.earlier(0.001).evidence().limit, 0.005);
+    Bench told(300);
+    told.options.earlier_limit = 0.3;
+    EXPECT_DOUBLE_EQ(told.earlier(0.001).evidence().limit, 0.3);
+}
+
+TEST(EarlierTouches, ATouchWithoutAWayIsKeptAndIsNoSample) {
+    Bench bench(50);
+    bench.options.earlier.push_back({Point(0, 0, 2), Point(0, 0, 2), true});
+    const EarlierTouches earlier = bench.earlier();
+    EXPECT_EQ(earlier.evidence().touches, 51U);
+    EXPECT_EQ(earlier.evidence().samples, 50U);
+    EXPECT_EQ(bench.head.touches().size(), 51U);
+    std::string why;
+    EXPECT_TRUE(bench.space.is_valid(&why)) << why;
+}
+
 TEST(EarlierTouches, WhatIsMetElsewhereHasMoved) {
     Bench bench(300);
     EarlierTouches earlier = bench.earlier();
