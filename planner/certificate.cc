@@ -38,6 +38,8 @@ Premise component_premise(const Evidence& evidence) {
     } else if (evidence.torn_components > 0) {
         premise.state = State::refuted;
         premise.detail = fmt::format("{} pairs of components of the mesh are near each other and may be one", evidence.torn_components);
+    } else if (evidence.earlier) {
+        premise.detail = fmt::format("by the user: the earlier run touched every component; the mesh has {}", evidence.components);
     } else if (evidence.seeds_given) {
         premise.detail = fmt::format("by the user: seed rays reach every component; the mesh has {}", evidence.components);
     } else {
@@ -174,16 +176,20 @@ Premise thickness_premise(const Evidence& evidence) {
 
 // By prediction and by chance: it never makes the mesh more than it is, nor less.
 Premise earlier_premise(const EarlierEvidence& earlier) {
-    return {Kind::earlier_touches, State::checked,
-            fmt::format("{} touches of an earlier run were taken over, {} of them as samples; {} places were touched again, the worst was "
-                        "{:.3g} mm off, the limit is {:.3g} mm",
-                        earlier.touches, earlier.samples, earlier.checked, earlier.worst, earlier.limit)};
+    const bool shows_all = earlier.directions == 3;
+    return {
+        Kind::earlier_touches, shows_all ? State::checked : State::assumed,
+        fmt::format("{}{} touches of an earlier run were taken over, {} of them as samples; {} places were touched again, the worst was "
+                    "{:.3g} mm off, the limit is {:.3g} mm; a shift would have shown in {} of 3 directions",
+                    shows_all ? "" : "by the user: ", earlier.touches, earlier.samples, earlier.checked, earlier.worst, earlier.limit,
+                    earlier.directions)};
 }
 
-Premise deviation_premise(const DeviationEvidence& deviation) {
-    const bool holds = deviation.unmet_facets == 0 && deviation.foretold <= deviation.tolerance && deviation.beyond == 0;
-    std::string detail = fmt::format("99 % of the curved surface are within {:.6g} mm, as {} touches foretold and found; ",
-                                     deviation.tolerance, deviation.touched);
+Premise deviation_premise(const DeviationEvidence& deviation, bool in_box) {
+    const bool holds =
+        deviation.audited > 0 && deviation.unmet_facets == 0 && deviation.foretold <= deviation.tolerance && deviation.beyond == 0;
+    std::string detail = fmt::format("99 % of the curved surface{} are within {:.6g} mm, as {} touches foretold and found; ",
+                                     in_box ? " in the box of the tolerance" : "", deviation.tolerance, deviation.touched);
     if (deviation.unmet_facets > 0 || deviation.foretold > deviation.tolerance) {
         detail += fmt::format(
             "at {} facets it is foretold to be off by up to {:.3g} mm, and no touch can help there: samples are as near to each "
@@ -249,7 +255,7 @@ Certificate certify(const Options& options, const Topology& topology, const Evid
         manifold, components, balls, reach, {Kind::object_in_workspace, State::assumed, "by the user"}, touch_premise(evidence)};
     if (evidence.unresolved_places + evidence.minor_places > 0) certificate.premises.push_back(thickness_premise(evidence));
     if (evidence.reach) certificate.premises.push_back(inference_premise(*evidence.reach));
-    if (evidence.deviation) certificate.premises.push_back(deviation_premise(*evidence.deviation));
+    if (evidence.deviation) certificate.premises.push_back(deviation_premise(*evidence.deviation, options.tolerance_box.has_value()));
     if (evidence.has_fixtures) certificate.premises.push_back(known_solids_premise(evidence));
     if (evidence.has_area) certificate.premises.push_back(area_premise(evidence));
     if (evidence.earlier) certificate.premises.push_back(earlier_premise(*evidence.earlier));

@@ -87,6 +87,7 @@ struct EarlierEvidence {
     std::uint64_t touches = 0;  // taken over
     std::uint64_t samples = 0;  // of those
     std::uint64_t checked = 0;  // places touched again
+    int directions = 0;         // independent ones, 0 to 3, in which they would have shown a shift
     double limit = 0.0;         // mm: farther off, the object has moved
     double worst = 0.0;         // mm: of those places, off where they were
 };

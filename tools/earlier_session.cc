@@ -59,23 +59,43 @@ private:
 
 constexpr std::array<std::string_view, 6> kCoordinates = {"x", "y", "z", "from_x", "from_y", "from_z"};
 
-std::vector<Touch> touches_in(const Journal& journal) {
-    std::vector<Touch> touches;
+void add_contacts(std::vector<Touch>& touches, const Journal& journal, const fs::path& file) {
     for (std::size_t k = 0; k < journal.moves.size(); ++k) {
         const JournalMove& move = journal.moves[k];
-        if (move.result.outcome != MoveResult::Outcome::contact || move.datum || move.pace == Pace::travel) continue;
+        if (move.datum) {
+            throw SetupError(
+                fmt::format("{}:{}: touches machine.datum, and what its drift was is known at the session's end only: resume the session "
+                            "first, then go on",
+                            file.string(), move.line + 1));
+        }
+        if (move.result.outcome != MoveResult::Outcome::contact || move.pace == Pace::travel) continue;
         touches.push_back({move.result.position, journal.rest_before(k), Touch::Role::crossing, std::nullopt});
     }
-    return touches;
 }
 
 }  // namespace
 
 std::string earlier_touches_in(const fs::path& folder) {
     std::error_code ignored;
-    if (fs::is_regular_file(folder / kTouchesFile, ignored)) return read_file(folder / kTouchesFile);
-    if (fs::is_regular_file(folder / kJournalFile, ignored)) return to_csv(touches_in(read_journal(folder / kJournalFile)));
-    throw SetupError(fmt::format("{}: holds neither {} nor {}; give the folder of a session", folder.string(), kTouchesFile, kJournalFile));
+    const fs::path table = folder / kTouchesFile;
+    const fs::path journal_file = folder / kJournalFile;
+    std::optional<Journal> journal;
+    if (fs::is_regular_file(journal_file, ignored)) journal = read_journal(journal_file);
+    // What stopped has touched more than an older table says.
+    if (fs::is_regular_file(table, ignored) && (!journal || (journal->end && !journal->is_raised_last))) return read_file(table);
+    if (!journal) {
+        throw SetupError(
+            fmt::format("{}: holds neither {} nor {}; give the folder of a session", folder.string(), kTouchesFile, kJournalFile));
+    }
+    std::vector<Touch> touches;
+    if (const fs::path before = folder / kEarlierFile; fs::is_regular_file(before, ignored)) {
+        for (const EarlierTouch& touch : parse_touches(read_file(before), before.string())) {
+            touches.push_back({touch.position, touch.from, Touch::Role::earlier, std::nullopt});
+            if (touch.is_sample) touches.back().sample = static_cast<std::uint32_t>(touches.size() - 1);
+        }
+    }
+    add_contacts(touches, *journal, journal_file);
+    return to_csv(touches);
 }
 
 std::vector<EarlierTouch> parse_touches(const std::string& csv, const std::string& name) {
@@ -111,7 +131,8 @@ std::vector<EarlierTouch> parse_touches(const std::string& csv, const std::strin
             }
             values.at(k) = *value;
         }
-        if (tag && fields[*tag] == "fixture") continue;
+        // Of those nothing was touched.
+        if (tag && (fields[*tag] == "fixture" || fields[*tag] == "untouched")) continue;
         touches.push_back({{values[0], values[1], values[2]}, {values[3], values[4], values[5]}, sample && !fields[*sample].empty()});
     }
     if (touches.empty()) throw SetupError(fmt::format("{}: has no touches", name));

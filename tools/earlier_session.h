@@ -12,11 +12,12 @@
 namespace palpate {
 
 // What was touched in the session of that folder, as touches.csv has it: that file of a session that came to its end, else what its journal
-// says. Throws SetupError if the folder has neither, JournalDamaged, JournalError.
+// says, and what it went on from itself. Throws SetupError if the folder has neither, or drift has to be taken out yet; JournalDamaged,
+// JournalError.
 [[nodiscard]] std::string earlier_touches_in(const std::filesystem::path& folder);
 
-// Columns x, y, z, from_x, from_y, from_z (mm), by their names; with `sample`, what has none there is no sample; with `tag`, fixtures are
-// left out. Other columns may be there. Throws SetupError, which begins with `name` and the line.
+// Columns x, y, z, from_x, from_y, from_z (mm), by their names; with `sample`, what has none there is no sample; with `tag`, fixtures and
+// walls of an area are left out. Other columns may be there. Throws SetupError, which begins with `name` and the line.
 [[nodiscard]] std::vector<EarlierTouch> parse_touches(const std::string& csv, const std::string& name);
 
 // The configuration with what its probing.earlier says, if it names one. Throws SetupError.

@@ -101,7 +101,8 @@ Json summarise(const Result& r, const std::optional<PartResult>& part, const Pro
     }
     if (r.earlier) {
         const EarlierEvidence& e = *r.earlier;
-        json["earlier"] = {{"touches", e.touches}, {"samples", e.samples}, {"checked", e.checked}, {"limit", e.limit}, {"worst", e.worst}};
+        json["earlier"] = {{"touches", e.touches},       {"samples", e.samples}, {"checked", e.checked},
+                           {"directions", e.directions}, {"limit", e.limit},     {"worst", e.worst}};
     }
     if (part) json["part"] = summarise(*part);
     return json;

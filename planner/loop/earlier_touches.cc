@@ -8,6 +8,7 @@
 
 #include "planner/errors.h"
 #include "planner/loop/sample_grid.h"
+#include "planner/number_text.h"
 
 namespace palpate {
 namespace {
@@ -18,8 +19,12 @@ constexpr double kOfEpsilon = 0.01;
 constexpr double kOfTolerance = 0.5;
 // Places touched again. More would tell a turn from a shift.
 constexpr std::size_t kChecked = 3;
-// Places that no way led to, after which it is enough.
+// Places in a row that no way led to, after which it is enough.
 constexpr std::size_t kMostBarred = 12;
+// The sine of the angle between a place's normal and those before: with less it would not show a shift of its own.
+constexpr double kIndependent = 0.3;
+// Of ε: what is met farther from all earlier touches is new.
+constexpr double kStrange = 1.5;
 
 bool span_space(std::span<const Point> points) {
     if (points.size() < 4) return false;
@@ -70,7 +75,7 @@ EarlierTouches::EarlierTouches(const Options& options, double touch_error, const
             grid.add(sample, touch.position);
             samples.push_back(touch.position);
             touches.push_back(head.note_earlier(touch.position, touch.from));
-            places_.push_back({touch.position, outwards.normalized(), sample});
+            places_.push_back({touch.position, outwards.normalized(), outwards.normalized(), sample});
         }
     }
     evidence_.samples = samples.size();
@@ -115,42 +120,61 @@ bool EarlierTouches::is_seen(const Place& place) const {
     });
 }
 
-std::optional<EarlierTouches::Place> EarlierTouches::next() {
-    if (directions_.size() == kChecked) return std::nullopt;
+std::optional<EarlierTouches::Place> EarlierTouches::next(const NormalOf& normal) {
+    if (normals_.size() == kChecked) return std::nullopt;
     const Point centre = state_.surroundings().region().center();
-    // In how far a place shows a shift that those before do not, and how far out it lies.
+    // In how far a place shows a shift that those before do not.
+    const auto shows = [&](const Place& place) {
+        const Vector n = normal(place.sample);
+        if (normals_.empty()) return 1.0;
+        return normals_.size() == 1 ? normals_[0].cross(n).norm() : std::abs(normals_[0].cross(normals_[1]).normalized().dot(n));
+    };
+    // ... and how far out it lies.
     const auto worth = [&](const Place& place) {
         const double height = place.outwards.dot(place.at - centre) + state_.surroundings().region().radius();
-        if (directions_.empty()) return height;
-        if (directions_.size() == 1) return height * directions_[0].cross(place.outwards).norm();
-        return height * std::abs(directions_[0].cross(directions_[1]).dot(place.outwards));
+        return height * shows(place);
     };
     while (barred_ < kMostBarred && !places_.empty()) {
         const auto best = std::ranges::max_element(places_, {}, worth);
-        const Place place = *best;
+        Place place = *best;
+        if (shows(place) < kIndependent) break;
         places_.erase(best);
+        place.normal = normal(place.sample);
         if (is_seen(place)) return place;
     }
+    if (strange_) {
+        throw ContradictionError(fmt::format(
+            "the object has moved since the earlier run, or something else is there now: at {} something was met where nothing was; put it "
+            "back, or begin a new session",
+            point_text(*strange_)));
+    }
+    if (!normals_.empty()) return std::nullopt;
     throw SeedError(
-        fmt::format("only {} of the {} earlier touches could be touched again, of {} that are to show that the object has not moved: begin "
-                    "a new session",
-                    evidence_.checked, evidence_.touches, kChecked));
+        fmt::format("none of the {} earlier touches could be touched again, to see that the object has not moved: begin a new session",
+                    evidence_.touches));
 }
 
-void EarlierTouches::note(const Place& place, const std::optional<Point>& met) {
-    if (!met) {
+void EarlierTouches::note(const Place& place, const Found& found) {
+    const auto refuse = [&](const std::string& how) {
+        throw ContradictionError(
+            fmt::format("the object has moved since the earlier run: at {} {}. Put it back and give another folder, or begin a new session",
+                        point_text(place.at), how));
+    };
+    if (!found.met) {
+        if (!found.on_the_way && !found.is_failed) refuse(fmt::format("nothing was met, {:.3g} mm deep", epsilon_));
         ++barred_;
+        if (!found.on_the_way) return;
+        const Point& nearest = state_.sample(state_.nearest_sample(*found.on_the_way, state_.cell_at(place.sample)));
+        if ((nearest - *found.on_the_way).norm() > kStrange * epsilon_) strange_ = found.on_the_way;
         return;
     }
-    const double off = (*met - place.at).norm();
+    const double off = (*found.met - place.at).norm();
     ++evidence_.checked;
+    ++evidence_.directions;
     evidence_.worst = std::max(evidence_.worst, off);
-    directions_.push_back(place.outwards);
-    if (off <= evidence_.limit) return;
-    throw ContradictionError(fmt::format(
-        "the object has moved since the earlier run: at ({:.6g}, {:.6g}, {:.6g}) it was met {:.3g} mm off, more than {:.3g} mm. Put it "
-        "back, or begin a new session",
-        place.at.x(), place.at.y(), place.at.z(), off, evidence_.limit));
+    normals_.push_back(place.normal);
+    barred_ = 0;
+    if (off > evidence_.limit) refuse(fmt::format("it was met {:.3g} mm off, more than {:.3g} mm", off, evidence_.limit));
 }
 
 }  // namespace palpate

@@ -6,6 +6,7 @@
 
 #include <array>
 #include <cstdint>
+#include <functional>
 #include <optional>
 #include <vector>
 
@@ -34,13 +35,21 @@ public:
     struct Place {
         Point at = Point::Zero();
         Vector outwards = Vector::UnitZ();  // unit: where the probe that touched it came from
+        Vector normal = Vector::UnitZ();    // unit: of S there, as next() was told
         std::uint32_t sample = 0;
     };
-    // What to touch again next: places seen from as different sides as there are, one for each direction in which the object may have
-    // moved, and such that no sample is on the way there. Nothing once there are three. Throws SeedError if no way led to enough of them.
-    [[nodiscard]] std::optional<Place> next();
-    // Something was met there, or no way led there. Throws ContradictionError if that is not where it was.
-    void note(const Place& place, const std::optional<Point>& met);
+    using NormalOf = std::function<Vector(std::uint32_t sample)>;
+    // What to touch again next: outer places whose normals are independent, such that no sample is on the way there. Nothing once there are
+    // three, or no way led to more. Throws SeedError if no way led to any, ContradictionError if what was in the way is new.
+    [[nodiscard]] std::optional<Place> next(const NormalOf& normal);
+    // What came of it.
+    struct Found {
+        std::optional<Point> met{};         // there
+        std::optional<Point> on_the_way{};  // before the place where the touch was to begin
+        bool is_failed = false;             // no answer
+    };
+    // Throws ContradictionError if S is not where it was.
+    void note(const Place& place, const Found& found);
 
     [[nodiscard]] const EarlierEvidence& evidence() const { return evidence_; }
 
@@ -55,8 +64,9 @@ private:
     EarlierEvidence evidence_;
     std::vector<Place> places_;  // those that may still be touched again
     std::vector<Other> others_;
-    std::vector<Vector> directions_;  // of those that were
-    std::size_t barred_ = 0;
+    std::vector<Vector> normals_;     // of those that were
+    std::size_t barred_ = 0;          // places in vain since the last of those
+    std::optional<Point> strange_{};  // met where the earlier run had touched nothing near
 };
 
 }  // namespace palpate

@@ -107,11 +107,16 @@ void ProbingLoop::probe_all() {
 void ProbingLoop::touch_earlier_places() {
     for (const EarlierTouches::Other& touch : earlier_->others()) growth_->note_other_touch(touch.position, touch.from);
     const double no_sample = std::numeric_limits<double>::infinity();
-    while (const auto place = earlier_->next()) {
+    const auto normal = [&](std::uint32_t sample) { return growth_->normal(sample); };
+    while (const auto place = earlier_->next(normal)) {
+        const std::size_t touches = head_.touches().size();
+        const std::uint64_t failed = head_.cost().failed;
         const SurfaceGrowth::Step step =
             growth_->touch_foretold(place->at, place->outwards, {place->sample, place->sample, place->sample}, no_sample);
         note_touches();
-        earlier_->note(*place, step.met);
+        EarlierTouches::Found found{step.met, {}, head_.cost().failed > failed};
+        if (!step.met && head_.touches().size() > touches) found.on_the_way = head_.touches().back().position;
+        earlier_->note(*place, found);
         add_sample_of(step);
         while (growth_->settle_refutation()) {
         }

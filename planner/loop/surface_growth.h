@@ -46,6 +46,8 @@ public:
     // Infers what it can of an edge that is about to be probed. True if a crossing is known now.
     bool infer(DirectedEdge e) { return front_.infer(e); }
     void note_insertion(const MaintainedDelaunay::Insertion& insertion, const Touch& touch);
+    // Unit, outwards: of S at a sample, as the samples around show it.
+    [[nodiscard]] Vector normal(std::uint32_t sample) const { return model_.normal(sample); }
     // S was touched there, from there, and it is no sample.
     void note_other_touch(const Point& at, const Point& from);
     // Samples from that one on were inserted by seeding.

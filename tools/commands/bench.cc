@@ -14,6 +14,7 @@
 #include "tools/hindsight.h"
 #include "tools/reliability.h"
 #include "tools/session_files.h"
+#include "tools/session_plan.h"
 
 namespace palpate {
 
@@ -38,7 +39,7 @@ ExitCode run(const BenchCommand& command, Output& output) {
     }
     std::vector<std::pair<SessionConfig, Scene>> scenes;
     for (const auto& file : command.configs) {
-        SessionConfig config = read_config(file, command.overrides);
+        SessionConfig config = with_its_files(read_config(file, command.overrides));
         if (config.tool || !config.fixtures.solids.empty() || config.area) {
             throw SetupError(
                 fmt::format("{}: tool, workspace.fixtures, probing.area: results are compared with the object, of which a tool touches "

@@ -1,6 +1,8 @@
 // palpate continue: a session goes on from another's touches, finer or with a tolerance.
 #include <fmt/format.h>
 
+#include <algorithm>
+#include <cmath>
 #include <utility>
 
 #include "config/reader.h"
@@ -16,7 +18,11 @@ namespace fs = std::filesystem;
 
 // What is asked for from now on; within the box alone, if there is one.
 void refine(Options& options, const ContinueCommand& command) {
-    options.tolerance_box.reset();
+    constexpr double kMost_mm = 1e6;  // as config/README.md has it
+    const auto is_long = [](double x) { return std::abs(x) > kMost_mm; };
+    if (std::ranges::any_of(command.box, is_long) || is_long(command.epsilon.value_or(0)) || is_long(command.tolerance.value_or(0)))
+        throw SetupError("--box, --epsilon, --tolerance: a length is out of range; allowed: from -1000000 to 1000000 mm");
+    if (command.tolerance) options.tolerance_box.reset();
     // A proof needs no tolerance, and the configuration may give a bound that it rests on.
     if (command.tolerance && options.strategy.infer == Strategy::Infer::automatic) options.strategy.infer = Strategy::Infer::adaptive;
     if (command.box.empty()) {
@@ -60,7 +66,7 @@ ExitCode run(const ContinueCommand& command, Output& output) {
     }
     SessionConfig config = read_config(file, command.overrides);
     refine(config.probing, command);
-    config.earlier.file.clear();  // those are among this session's touches
+    config.earlier.file.clear();  // those are among what was touched
     config = with_its_files(std::move(config));
     std::vector<fs::path> inputs = inputs_of(config, file);
     for (const char* name : kSessionFiles) inputs.push_back(earlier / name);

@@ -100,7 +100,7 @@ ExitCode run(const ResumeCommand& command, Output& output) {
     if (!budget.empty()) {
         // As it is to be kept: how the machine is reached today is not.
         const std::string text = write_config(read_config(file, budget), folder);
-        const SessionConfig before = read_config(file, reach);
+        const SessionConfig before = with_its_files(read_config(file, reach));
         plan = raise_budget(plan_session(before, folder, read_file(file)), config, text, signals);
         host.on_raised = [file, text] { write_file(file, text); };
     }

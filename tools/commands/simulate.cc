@@ -36,7 +36,9 @@ ExitCode begin_simulation(NewSession session, bool force, Output& output) {
     Simulation run = simulate_with_progress(config, scene, output, signals);
     if (signals.token().stop_requested()) throw Stopped("stopped; nothing was written");
     warn_of_other_truth(run);
-    if (!earlier.empty()) write_file(session.folder / kEarlierFile, earlier);
+    std::error_code ignored;
+    earlier.empty() ? (void)std::filesystem::remove(session.folder / kEarlierFile, ignored)
+                    : write_file(session.folder / kEarlierFile, earlier);
     write_file(session.folder / kConfigFile, text);
     const std::optional<PartResult> part = part_of(run.result, config);
     const std::optional<CurvedSurface> curved = curved_of(run.result, part, config);

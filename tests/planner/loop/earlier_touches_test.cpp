@@ -11,6 +11,8 @@
 namespace palpate {
 namespace {
 
+using Found = EarlierTouches::Found;
+
 constexpr double kEpsilon = 0.5;
 const Ball kBall{Point::Zero(), 2.0};
 
@@ -29,6 +31,11 @@ struct Bench {
     }
     void add(const Vector& direction, bool is_sample) {
         options.earlier.push_back({kBall.radius * direction, (kBall.radius + 1) * direction, is_sample});
+    }
+    // The ball's.
+    [[nodiscard]] Vector normal(std::uint32_t sample) const { return space.delaunay().sample(sample).normalized(); }
+    [[nodiscard]] std::optional<EarlierTouches::Place> next(EarlierTouches& touches) const {
+        return touches.next([this](std::uint32_t sample) { return normal(sample); });
     }
     [[nodiscard]] EarlierTouches earlier(double touch_error = 0) { return {options, touch_error, Criteria(options), space, head}; }
 };
@@ -118,14 +125,15 @@ TEST(EarlierTouches, ThreePlacesShowEveryShift) {
     EarlierTouches earlier = bench.earlier(1e-4);
     EXPECT_DOUBLE_EQ(earlier.evidence().limit, 0.01 * kEpsilon);
     std::vector<Vector> sides;
-    while (const auto place = earlier.next()) {
-        sides.push_back(place->outwards);
+    while (const auto place = bench.next(earlier)) {
+        sides.push_back(place->normal);
         EXPECT_EQ(bench.space.delaunay().sample(place->sample), place->at);
-        earlier.note(*place, Point(place->at + 1e-4 * place->outwards));
+        earlier.note(*place, Found{Point(place->at + 1e-4 * place->outwards)});
     }
     ASSERT_EQ(sides.size(), 3U);
     EXPECT_GT(std::abs(sides[0].cross(sides[1]).dot(sides[2])), 0.9) << "as good as at right angles";
     EXPECT_EQ(earlier.evidence().checked, 3U);
+    EXPECT_EQ(earlier.evidence().directions, 3);
     EXPECT_NEAR(earlier.evidence().worst, 1e-4, 1e-12);
 }
 
@@ -155,10 +163,10 @@ TEST(EarlierTouches, ATouchWithoutAWayIsKeptAndIsNoSample) {
 TEST(EarlierTouches, WhatIsMetElsewhereHasMoved) {
     Bench bench(300);
     EarlierTouches earlier = bench.earlier();
-    const auto place = earlier.next();
+    const auto place = bench.next(earlier);
     ASSERT_TRUE(place);
     try {
-        earlier.note(*place, Point(place->at - 0.006 * place->outwards));
+        earlier.note(*place, Found{Point(place->at - 0.006 * place->outwards)});
         FAIL() << "it is 0.006 mm off, and 0.005 mm are allowed";
     } catch (const ContradictionError& error) {
         EXPECT_THAT(error.what(), ::testing::HasSubstr("0.006 mm off, more than 0.005 mm"));
@@ -171,13 +179,63 @@ TEST(EarlierTouches, WithoutAWayToThemItDoesNotBegin) {
     int tries = 0;
     EXPECT_THROW(
         {
-            while (const auto place = earlier.next()) {
+            while (const auto place = bench.next(earlier)) {
                 ++tries;
-                earlier.note(*place, std::nullopt);
+                earlier.note(*place, Found{{}, place->at, false});
             }
         },
         SeedError);
     EXPECT_EQ(tries, 12);
+}
+
+TEST(EarlierTouches, WhereNothingIsMetItHasMoved) {
+    Bench bench(300);
+    EarlierTouches earlier = bench.earlier();
+    const auto place = bench.next(earlier);
+    ASSERT_TRUE(place);
+    EXPECT_THROW(earlier.note(*place, Found{}), ContradictionError);
+}
+
+// No way leads to places that would show a shift across.
+TEST(EarlierTouches, AShiftThatNoPlaceShowsIsSaid) {
+    Bench bench(300);
+    EarlierTouches earlier = bench.earlier();
+    const auto first = bench.next(earlier);
+    ASSERT_TRUE(first);
+    earlier.note(*first, Found{first->at});
+    while (const auto place = bench.next(earlier)) earlier.note(*place, Found{{}, {}, true});
+    EXPECT_EQ(earlier.evidence().directions, 1);
+}
+
+// Something stands in the way that the earlier run would have touched.
+TEST(EarlierTouches, WhatIsNewInTheWayIsNoBarrier) {
+    Bench bench(300);
+    EarlierTouches earlier = bench.earlier();
+    const auto first = bench.next(earlier);
+    ASSERT_TRUE(first);
+    earlier.note(*first, Found{first->at});
+    EXPECT_THROW(
+        {
+            while (const auto place = bench.next(earlier))
+                earlier.note(*place, Found{{}, Point(place->at + kEpsilon * 2 * place->outwards), false});
+        },
+        ContradictionError);
+}
+
+// Their normals are alike: what is seen from many sides shows no more for that.
+TEST(EarlierTouches, OnAPlaneOnlyOneDirectionShows) {
+    Bench bench(0);
+    Random random(3);
+    for (int k = 0; k < 60; ++k) {
+        const Point p(std::cos(k), std::sin(k), k == 0 ? 0.01 : 0);
+        bench.options.earlier.push_back({p, p + random.direction() + Vector(0, 0, 1.5), true});
+    }
+    EarlierTouches earlier = bench.earlier();
+    const auto up = [](std::uint32_t) { return Vector(0, 0, 1); };
+    const auto first = earlier.next(up);
+    ASSERT_TRUE(first);
+    earlier.note(*first, Found{first->at});
+    EXPECT_FALSE(earlier.next(up));
 }
 
 TEST(EarlierTouches, WhatSpansNoVolumeIsNoBeginning) {
