@@ -144,7 +144,9 @@ Area random_area(Random& random, const Box& workspace) {
     const std::uint64_t corners = 3 + random() % 5;
     for (std::uint64_t k = 0; k < corners; ++k) {
         const double angle = 6.28 * static_cast<double>(k) / static_cast<double>(corners);
-        prism.corners.emplace_back(middle.x() + share() * half.x() * std::cos(angle), middle.y() + share() * half.y() * std::sin(angle));
+        // As far along x as along y: seen from the middle, the corners are in order.
+        const double far = share();
+        prism.corners.emplace_back(middle.x() + far * half.x() * std::cos(angle), middle.y() + far * half.y() * std::sin(angle));
     }
     if (flip(random)) prism.z = {middle.z() - share() * half.z(), middle.z() + share() * half.z()};
     return prism;

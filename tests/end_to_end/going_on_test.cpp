@@ -148,6 +148,34 @@ TEST(GoingOn, APartThatHasMovedIsRefused) {
     }
 }
 
+// A flat-sided object, whose flat sides show no shift along them: one that the places touched do not show must not be called checked.
+TEST(GoingOn, ABoxThatHasMovedIsRefusedOrNotVouchedFor) {
+    const Subject& known = subject("rounded_box");
+    const Options options = adaptive(known, 0.25);
+    const FinishedRun first(known, options);
+    int refused = 0;
+    for (int k = 0; k < 12; ++k) {
+        Options on = options;
+        on.earlier = touches_of(first.result());
+        Vector shift = Vector::Zero();
+        shift[k % 3] = (k % 2 == 0 ? 1 : -1) * (k < 6 ? 0.05 : 0.2);
+        for (EarlierTouch& touch : on.earlier) {
+            touch.position -= shift;
+            touch.from -= shift;
+        }
+        SCOPED_TRACE(shift.transpose());
+        try {
+            const FinishedRun run(known, on);
+            EXPECT_NE(run.result().certificate.find(Premise::Kind::earlier_touches)->state, Premise::State::checked);
+        } catch (const ContradictionError&) {
+            ++refused;
+        } catch (const SeedError&) {
+            ++refused;
+        }
+    }
+    EXPECT_GE(refused, 10);
+}
+
 // Within the box alone it becomes finer.
 TEST(GoingOn, OnlyInABox) {
     const Subject& known = subject("torus");

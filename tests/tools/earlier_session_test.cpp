@@ -45,7 +45,8 @@ TEST(EarlierSession, ColumnsAreFoundByName) {
 }
 
 TEST(EarlierSession, FixturesAreNotTouched) {
-    const auto read = parse_touches("x,y,z,from_x,from_y,from_z,sample,tag\n1,2,3,1,2,9,0,fixture\n1,2,3,1,2,9,1,tip\n", "old.csv");
+    const auto read = parse_touches(
+        "x,y,z,from_x,from_y,from_z,sample,tag\n1,2,3,1,2,9,0,fixture\n1,2,3,1,2,9,2,untouched\n1,2,3,1,2,9,1,tip\n", "old.csv");
     ASSERT_EQ(read.size(), 1U);
     EXPECT_TRUE(read[0].is_sample);
 }
