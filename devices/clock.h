@@ -4,7 +4,13 @@
 #include <chrono>
 #include <thread>
 
+#include "planner/machine_time.h"
+
 namespace palpate {
+
+[[nodiscard]] constexpr std::chrono::nanoseconds to_nanoseconds(Seconds time) {
+    return std::chrono::duration_cast<std::chrono::nanoseconds>(time);
+}
 
 class Clock {
 public:

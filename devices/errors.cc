@@ -2,9 +2,13 @@
 
 #include <fmt/format.h>
 
+#include <system_error>
+
 #include "planner/number_text.h"
 
 namespace palpate {
+
+std::string reason(int error) { return std::generic_category().message(error); }
 
 UnexpectedContact::UnexpectedContact(const Point& where, const std::string& during, std::size_t moves)
     : DeviceError(

@@ -22,6 +22,9 @@
 
 namespace palpate {
 
+// What the system says of an error of its own (errno).
+[[nodiscard]] std::string reason(int error);
+
 class DeviceError : public std::runtime_error {
 public:
     using std::runtime_error::runtime_error;

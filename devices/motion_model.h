@@ -8,6 +8,8 @@
 
 namespace palpate {
 
+constexpr double kSecondsPerMinute = 60.0;  // many machines count feeds in mm/min
+
 struct Feeds {
     double travel_mm_per_s = 20.0;
     double probe_mm_per_s = 5.0;

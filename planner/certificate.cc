@@ -174,7 +174,6 @@ Premise thickness_premise(const Evidence& evidence) {
             fmt::format("at {} places the mesh leaves out a sharp edge or a wall, less than epsilon of it", evidence.minor_places)};
 }
 
-// By prediction and by chance: it never makes the mesh more than it is, nor less.
 Premise earlier_premise(const EarlierEvidence& earlier) {
     const bool shows_all = earlier.directions == 3;
     return {
@@ -185,6 +184,7 @@ Premise earlier_premise(const EarlierEvidence& earlier) {
                     earlier.directions)};
 }
 
+// By prediction and by chance: it never makes the mesh more than it is, nor less.
 Premise deviation_premise(const DeviationEvidence& deviation, bool in_box) {
     const bool holds =
         deviation.audited > 0 && deviation.unmet_facets == 0 && deviation.foretold <= deviation.tolerance && deviation.beyond == 0;

@@ -8,6 +8,8 @@
 #include <optional>
 #include <stdexcept>
 
+#include "planner/number_text.h"
+
 namespace palpate {
 namespace {
 
@@ -64,9 +66,8 @@ void check_earlier(const Surroundings& surroundings, const Options& options) {
         require(touch.position.allFinite() && touch.from.allFinite(), "an earlier touch has a coordinate that is not finite");
         if (!surroundings.is_free(touch.position)) continue;
         throw std::invalid_argument(
-            fmt::format("the earlier touch {} at ({:.6g}, {:.6g}, {:.6g}) lies outside the workspace: it has to contain all that was "
-                        "touched",
-                        k, touch.position.x(), touch.position.y(), touch.position.z()));
+            fmt::format("the earlier touch {} at {} lies outside the workspace: it has to contain all that was touched", k,
+                        point_text(touch.position)));
     }
 }
 

@@ -2,9 +2,11 @@
 #pragma once
 
 #include <Eigen/Core>
+#include <Eigen/Geometry>
 #include <algorithm>
 #include <array>
 #include <cstdint>
+#include <limits>
 #include <vector>
 
 namespace palpate {
@@ -36,6 +38,15 @@ struct Segment {
         last = p;
     }
     return length;
+}
+
+// mm: of the triangle's circle; infinite without area.
+[[nodiscard]] inline double circumradius(const Point& a, const Point& b, const Point& c) {
+    const Vector u = b - a;
+    const Vector v = c - a;
+    const double twice_area = u.cross(v).norm();
+    if (!(twice_area > 0)) return std::numeric_limits<double>::infinity();
+    return u.norm() * v.norm() * (u - v).norm() / (2 * twice_area);
 }
 
 // An indexed triangle mesh; triangles are counter-clockwise seen from outside the solid.

@@ -102,13 +102,13 @@ std::optional<HalfSpace> half_space_of(const Fixture& fixture) {
 }
 
 // The face of a box that a direction points to most.
-struct Side {
+struct BoxFace {
     int axis = 0;
     bool at_max = false;
 };
 
-Side side_towards(const Vector& direction) {
-    Side side;
+BoxFace side_towards(const Vector& direction) {
+    BoxFace side;
     direction.cwiseAbs().maxCoeff(&side.axis);
     side.at_max = direction[side.axis] > 0;
     return side;
@@ -119,7 +119,7 @@ Point corner(const Box& box, unsigned k) {
 }
 
 // The coordinates along the side's axis at which the plane passes the box' four edges along it: least and greatest.
-Interval heights_of(const Plane& plane, const Box& box, const Side& side) {
+Interval heights_of(const Plane& plane, const Box& box, const BoxFace& side) {
     Interval heights{std::numeric_limits<double>::infinity(), -std::numeric_limits<double>::infinity()};
     for (unsigned k = 0; k < 8; ++k) {
         Point p = corner(box, k);
@@ -144,7 +144,7 @@ struct Cut {
     Box box;
     std::array<std::array<bool, 2>, 3> ends_inside{};
 
-    [[nodiscard]] bool ends_at(const Side& side) const {
+    [[nodiscard]] bool ends_at(const BoxFace& side) const {
         return ends_inside.at(static_cast<std::size_t>(side.axis)).at(side.at_max ? 1 : 0);
     }
 };
@@ -193,7 +193,7 @@ Surroundings surroundings_with(const Box& whole, const Fixtures& fixtures, const
     Box omega = workspace;
     Box reachable = workspace;
     Surroundings::OpenFaces faces;
-    const auto close = [&](const Side& side) { faces.is_open.at(static_cast<std::size_t>(side.axis)).at(side.at_max ? 1 : 0) = false; };
+    const auto close = [&](const BoxFace& side) { faces.is_open.at(static_cast<std::size_t>(side.axis)).at(side.at_max ? 1 : 0) = false; };
     const double away = (kThickness + kMargin) * epsilon;
     std::vector<Plane> floors;
     for (const Fixture& fixture : fixtures.solids) {
@@ -205,7 +205,7 @@ Surroundings surroundings_with(const Box& whole, const Fixtures& fixtures, const
             throw std::invalid_argument(fmt::format(
                 "the {} lies below a table or behind a half-space, grown by the tool, as a whole: nothing can be probed", what));
         }
-        const Side side = side_towards(-normal);
+        const BoxFace side = side_towards(-normal);
         // Behind the area's own wall.
         if (cut.ends_at(side) && -support(workspace, -normal) >= plane.offset) continue;
         floors.push_back(plane);
@@ -273,8 +273,7 @@ Surroundings surroundings_with(const Box& whole, const Fixtures& fixtures, const
             add_box(solids.back(), inner);
         }
     }
-    return {omega, KnownSolids(std::move(solids), std::move(floors), slack, std::move(outside)), faces, reachable, fixtures.assume_clear,
-            area};
+    return {omega, KnownSolids(std::move(solids), floors, slack, std::move(outside)), faces, reachable, fixtures.assume_clear, area};
 }
 
 }  // namespace palpate

@@ -42,7 +42,7 @@ bool is_in_any(std::span<const KnownSolids::Convex> solids, const Point& p, doub
 
 }  // namespace
 
-KnownSolids::KnownSolids(std::vector<Convex> solids, std::vector<Plane> floors, double slack, Outside outside)
+KnownSolids::KnownSolids(std::vector<Convex> solids, const std::vector<Plane>& floors, double slack, Outside outside)
     : solids_(std::move(solids)), has_fixtures_(solids_.size() > outside.parts.size()), slack_(slack) {
     for (const Plane& floor : floors) buried_.push_back({floor});
     barred_ = buried_;

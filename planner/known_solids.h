@@ -36,7 +36,7 @@ public:
     };
     // `floors`: nothing moves below these; every solid's faces that a tool can see are above them or on them. `slack` (mm): what is nearer
     // to a face than that lies on it. For each part of what is outside one of the solids ends there.
-    KnownSolids(std::vector<Convex> solids, std::vector<Plane> floors, double slack, Outside outside = {});
+    KnownSolids(std::vector<Convex> solids, const std::vector<Plane>& floors, double slack, Outside outside = {});
 
     [[nodiscard]] bool empty() const { return solids_.empty(); }
     // Are there others than one for each part of what is outside?

@@ -38,6 +38,8 @@ public:
     [[nodiscard]] const OpenFaces& faces() const { return faces_; }
 
     [[nodiscard]] bool is_free(const Point& p) const { return !region_.contains(p); }
+    // mm: what is nearer to ω's boundary is outside, whatever rounding says.
+    [[nodiscard]] double boundary_slack() const { return 1e-6 * region_.radius(); }
     // Whether a tool can come to that point of ω's boundary from outside.
     [[nodiscard]] bool is_enterable(const Point& p) const;
     // On a straight way: what KnownSolids::first_hit says.

@@ -18,16 +18,24 @@ namespace {
 
 namespace fs = std::filesystem;
 
-using Fields = std::vector<std::string_view>;
-
-Fields fields_of(std::string_view line) {
-    Fields fields;
-    for (std::size_t begin = 0; begin <= line.size();) {
-        const std::size_t end = std::min(line.find(',', begin), line.size());
-        fields.push_back(line.substr(begin, end - begin));
+std::vector<std::string_view> split(std::string_view text, char separator) {
+    std::vector<std::string_view> parts;
+    for (std::size_t begin = 0; begin <= text.size();) {
+        const std::size_t end = std::min(text.find(separator, begin), text.size());
+        parts.push_back(text.substr(begin, end - begin));
         begin = end + 1;
     }
-    return fields;
+    return parts;
+}
+
+// Without their ends; the last may lack one.
+std::vector<std::string_view> lines_of(std::string_view text) {
+    std::vector<std::string_view> lines = split(text, '\n');
+    for (std::string_view& line : lines) {
+        if (line.ends_with('\r')) line.remove_suffix(1);
+    }
+    if (text.ends_with('\n')) lines.pop_back();
+    return lines;
 }
 
 std::optional<double> number_in(std::string_view field) {
@@ -36,26 +44,6 @@ std::optional<double> number_in(std::string_view field) {
     if (error != std::errc{} || last != field.data() + field.size() || !std::isfinite(value)) return std::nullopt;
     return value;
 }
-
-// Lines without their ends; the last may lack one.
-class Lines {
-public:
-    explicit Lines(std::string_view text) : rest_(text) {}
-    [[nodiscard]] std::optional<std::string_view> next() {
-        if (rest_.empty()) return std::nullopt;
-        const std::size_t end = std::min(rest_.find('\n'), rest_.size());
-        std::string_view line = rest_.substr(0, end);
-        rest_.remove_prefix(std::min(end + 1, rest_.size()));
-        if (line.ends_with('\r')) line.remove_suffix(1);
-        ++number_;
-        return line;
-    }
-    [[nodiscard]] std::size_t number() const { return number_; }
-
-private:
-    std::string_view rest_;
-    std::size_t number_ = 0;
-};
 
 constexpr std::array<std::string_view, 6> kCoordinates = {"x", "y", "z", "from_x", "from_y", "from_z"};
 
@@ -99,8 +87,8 @@ std::string earlier_touches_in(const fs::path& folder) {
 }
 
 std::vector<EarlierTouch> parse_touches(const std::string& csv, const std::string& name) {
-    Lines lines(csv);
-    const Fields header = fields_of(lines.next().value_or(""));
+    const std::vector<std::string_view> lines = lines_of(csv);
+    const std::vector<std::string_view> header = split(lines.front(), ',');
     const auto column = [&](std::string_view wanted) {
         const auto found = std::ranges::find(header, wanted);
         return found == header.end() ? std::optional<std::size_t>() : static_cast<std::size_t>(found - header.begin());
@@ -117,16 +105,16 @@ std::vector<EarlierTouch> parse_touches(const std::string& csv, const std::strin
     const auto sample = column("sample");
     const auto tag = column("tag");
     std::vector<EarlierTouch> touches;
-    while (const auto line = lines.next()) {
-        const Fields fields = fields_of(*line);
+    for (std::size_t line = 1; line < lines.size(); ++line) {
+        const std::vector<std::string_view> fields = split(lines[line], ',');
         if (fields.size() != header.size())
             throw SetupError(
-                fmt::format("{}:{}: has {} fields, not the {} of its first line", name, lines.number(), fields.size(), header.size()));
+                fmt::format("{}:{}: has {} fields, not the {} of its first line", name, line + 1, fields.size(), header.size()));
         std::array<double, kCoordinates.size()> values{};
         for (std::size_t k = 0; k < at.size(); ++k) {
             const auto value = number_in(fields[at.at(k)]);
             if (!value) {
-                throw SetupError(fmt::format("{}:{}: {} is \"{}\"; allowed: a finite number (mm)", name, lines.number(), kCoordinates.at(k),
+                throw SetupError(fmt::format("{}:{}: {} is \"{}\"; allowed: a finite number (mm)", name, line + 1, kCoordinates.at(k),
                                              fields[at.at(k)]));
             }
             values.at(k) = *value;

@@ -49,6 +49,12 @@ void require_no_input(const fs::path& folder, const std::vector<fs::path>& input
 
 }  // namespace
 
+fs::path folder_of(const fs::path& folder_or_journal) {
+    const bool is_journal = folder_or_journal.filename() == kJournalFile && !fs::is_directory(folder_or_journal);
+    fs::path folder = is_journal ? folder_or_journal.parent_path() : folder_or_journal;
+    return folder.empty() ? fs::path(".") : folder;
+}
+
 SessionFolder SessionFolder::begin(const fs::path& folder, const std::vector<fs::path>& inputs,
                                    const std::function<bool(std::string_view)>& may_replace) {
     std::error_code error;
@@ -75,9 +81,7 @@ SessionFolder SessionFolder::begin(const fs::path& folder, const std::vector<fs:
 }
 
 SessionFolder SessionFolder::open(const fs::path& folder_or_journal) {
-    const bool is_journal = folder_or_journal.filename() == kJournalFile && !fs::is_directory(folder_or_journal);
-    fs::path folder = is_journal ? folder_or_journal.parent_path() : folder_or_journal;
-    if (folder.empty()) folder = ".";
+    const fs::path folder = folder_of(folder_or_journal);
     std::error_code error;
     if (!fs::is_regular_file(folder / kJournalFile, error)) {
         throw SetupError(

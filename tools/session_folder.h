@@ -8,6 +8,9 @@
 
 namespace palpate {
 
+// The folder that is meant by itself or by its journal.
+[[nodiscard]] std::filesystem::path folder_of(const std::filesystem::path& folder_or_journal);
+
 class SessionFolder {
 public:
     // Makes the folder if it is not there and tries it, before a run that would otherwise be lost. Files of a session may be there as far

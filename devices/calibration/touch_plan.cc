@@ -14,7 +14,7 @@ constexpr double kPi = std::numbers::pi;
 // Between places where a way around touches the sphere of clearance: corners lie 1 / cos(half of it) farther, 8 %.
 constexpr double kStep = kPi / 4;
 // Rounding, of unit vectors.
-constexpr double kRounding = 1e-9;
+constexpr double kUnitRounding = 1e-9;
 
 // Unit vectors across the axis: x is as near to the machine's X as can be.
 struct Frame {
@@ -40,7 +40,7 @@ void add_ring(std::vector<Vector>& directions, const Frame& frame, int count, do
 // Corners of a way along the great circle from `a` to `b`, circumscribed about the sphere of that radius, which it touches at both ends.
 void add_arc(std::vector<Point>& way, const Vector& a, const Vector& b, const Point& center, double radius) {
     const double angle = std::atan2(a.cross(b).norm(), a.dot(b));
-    if (angle < kRounding) return;
+    if (angle < kUnitRounding) return;
     const auto corners = static_cast<int>(std::ceil(angle / kStep));
     const double step = angle / corners;
     const Vector across = (b - b.dot(a) * a).normalized();
@@ -82,13 +82,13 @@ void require_sense(const ReferenceSphere& sphere, const ToolShape& tool, const T
     require_positive(margins.center_error_mm, "the error of the sphere's centre");
     require_positive(margins.clearance_mm, "the clearance around the sphere");
     if (!sphere.center.allFinite()) throw QualificationError("the sphere's centre is not finite");
-    if (std::abs(tool.axis.norm() - 1) > kRounding) throw QualificationError("the tool's axis is no unit vector");
+    if (std::abs(tool.axis.norm() - 1) > kUnitRounding) throw QualificationError("the tool's axis is no unit vector");
     if (touched_distance(sphere, tool) <= margins.center_error_mm + kMostPretravel_mm) {
         throw QualificationError("the sphere's centre is not known well enough for so small a sphere");
     }
     for (const Vector& n : directions) {
-        if (!(std::abs(n.norm() - 1) <= kRounding)) throw QualificationError("a direction is no unit vector");
-        if (n.dot(tool.axis) < -kRounding) throw QualificationError("a direction is below the equator, where the stylus touches first");
+        if (!(std::abs(n.norm() - 1) <= kUnitRounding)) throw QualificationError("a direction is no unit vector");
+        if (n.dot(tool.axis) < -kUnitRounding) throw QualificationError("a direction is below the equator, where the stylus touches first");
     }
     require_holder_apart(sphere, tool, margins.center_error_mm);
 }
@@ -142,7 +142,7 @@ TouchPlan plan_touches(const ReferenceSphere& sphere, const ToolShape& tool, con
     const double around = farthest + margins.clearance_mm;
     const double deepest = touched_distance(sphere, tool) - margins.center_error_mm - kMostPretravel_mm;
     const Vector out = from - sphere.center;
-    if (!(out.dot(tool.axis) >= -kRounding * around && out.norm() > farthest)) {
+    if (!(out.dot(tool.axis) >= -kUnitRounding * around && out.norm() > farthest)) {
         throw QualificationError(fmt::format(
             "the tool has to stand above the sphere's equator, {:.1f} mm or more from its centre, before it goes around it", farthest));
     }

@@ -8,6 +8,7 @@
 
 #include "devices/errors.h"
 #include "devices/internal/way.h"
+#include "devices/motion_model.h"
 #include "planner/number_text.h"
 
 namespace palpate {
@@ -45,7 +46,6 @@ constexpr double kHalfDiagonal = 0.8661;
 // mm: the last digit of positions that are reported in millimetres, and in inches.
 constexpr double kLastDigit = 0.001;
 constexpr double kLastInchDigit = 0.0001;
-constexpr double kSecondsPerMinute = 60.0;
 // %: a feed override that is above makes the tool run on farther than was reckoned.
 constexpr int kFullFeed = 100;
 // A byte that sets the override may get lost, and a report may be older than it.

@@ -5,6 +5,7 @@
 #include <array>
 #include <limits>
 
+#include "devices/motion_model.h"
 #include "planner/number_text.h"
 
 namespace palpate {
@@ -12,7 +13,6 @@ namespace {
 
 using namespace grbl::setting;
 
-constexpr double kSecondsPerMinute = 60.0;
 constexpr std::array<const char*, 3> kAxes = {"x", "y", "z"};
 
 class Reporter {

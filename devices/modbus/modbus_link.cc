@@ -73,8 +73,6 @@ void check_options(const ModbusLinkOptions& options) {
     if (options.reconnect_time < Seconds(0) || options.busy_time < Seconds(0)) refuse("a negative time");
 }
 
-std::chrono::nanoseconds nanoseconds(Seconds time) { return std::chrono::duration_cast<std::chrono::nanoseconds>(time); }
-
 // Between frames: 3.5 characters of 11 bits, above 19200 baud 1.75 ms (Modbus over serial line 1.02, 2.5.1.1). On TCP nothing.
 Seconds frame_gap(const ModbusLinkOptions& options) {
     const auto* rtu = std::get_if<ModbusRtu>(&options.where);
@@ -127,7 +125,7 @@ void ModbusLink::connect() {
 
 void ModbusLink::reconnect(const StopToken& stop) {
     connection_.reset();
-    const auto give_up_at = clock_.now() + nanoseconds(options_.reconnect_time);
+    const auto give_up_at = clock_.now() + to_nanoseconds(options_.reconnect_time);
     for (int attempt = 1;; ++attempt) {
         try {
             return connect();
@@ -136,7 +134,7 @@ void ModbusLink::reconnect(const StopToken& stop) {
                 throw ConnectionLost(fmt::format("{} (given up after {} attempts)", error.what(), attempt));
             }
         }
-        clock_.sleep(nanoseconds(options_.reconnect_pause));
+        clock_.sleep(to_nanoseconds(options_.reconnect_pause));
     }
 }
 
@@ -150,7 +148,7 @@ std::string ModbusLink::last_exchange() const { return fmt::format("last request
 
 // Leaves the line alone until no answer can come any more, and drops what came.
 void ModbusLink::settle(std::chrono::nanoseconds asked_at) {
-    const auto quiet_at = asked_at + nanoseconds(options_.slowest_answer);
+    const auto quiet_at = asked_at + to_nanoseconds(options_.slowest_answer);
     if (const auto now = clock_.now(); now < quiet_at) clock_.sleep(quiet_at - now);
     modbus_flush(connection_->context.get());
 }
@@ -204,7 +202,7 @@ void ModbusLink::exchange(const std::string& request, const Call& call) {
     errno = 0;
     const int result = call(connection_->context.get());
     const int error = errno;
-    free_at_ = clock_.now() + nanoseconds(frame_gap(options_));
+    free_at_ = clock_.now() + to_nanoseconds(frame_gap(options_));
     if (result < 0) fail(error, asked_at);
 }
 

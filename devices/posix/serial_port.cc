@@ -12,7 +12,6 @@
 #include <algorithm>
 #include <array>
 #include <cerrno>
-#include <system_error>
 #include <thread>
 #include <vector>
 
@@ -53,8 +52,6 @@ const Speed* find_speed(int baud) {
     const auto* const found = std::ranges::find(kSpeeds, baud, &Speed::baud);
     return found == kSpeeds.end() ? nullptr : found;
 }
-
-std::string reason(int error) { return std::generic_category().message(error); }
 
 std::string advice(int error) {
     switch (error) {

@@ -13,7 +13,7 @@ namespace {
 using Outcome = MoveResult::Outcome;
 
 // A probe may miss a touch.
-constexpr int kAttempts = 2;
+constexpr int kTouchAttempts = 2;
 
 }  // namespace
 
@@ -158,7 +158,7 @@ Point DatumDevice::touch_all(Point at, Pace free_pace, std::vector<Point>& touch
 
 Point DatumDevice::touch(std::size_t k, VisitTime& times) {
     const DatumTouch& touch = datum_.touches[k];
-    for (int attempt = 0; attempt < kAttempts; ++attempt) {
+    for (int attempt = 0; attempt < kTouchAttempts; ++attempt) {
         asked_.mark->touch = k;
         const MoveResult result = move_past_sparks(metered_, frame_.to_machine(touch.to), Pace::probe);
         asked_.mark->touch.reset();

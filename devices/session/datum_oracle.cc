@@ -11,7 +11,7 @@ void DatumOracle::travel(std::span<const Point> path, Ground ground) {
 
 ProbeAnswer DatumOracle::probe(const Point& target) {
     device_.prepare(target);
-    const ProbeAnswer answer = oracle_.probe(target);
+    ProbeAnswer answer = oracle_.probe(target);
     if (answer.outcome == ProbeAnswer::Outcome::contact) noted_.push_back({answer.position, device_.time(), device_.log().shift()});
     return answer;
 }

@@ -14,8 +14,8 @@
 #include <cerrno>
 #include <cmath>
 #include <iterator>
-#include <system_error>
 
+#include "devices/errors.h"
 #include "devices/session/internal/journal_words.h"
 #include "devices/session/journal.h"
 #include "planner/number_text.h"
@@ -49,8 +49,6 @@ std::string quoted(const std::string& text) {
     }
     return result + '"';
 }
-
-std::string reason(int error) { return std::generic_category().message(error); }
 
 // A new file is there after a crash only if its folder says so.
 void sync_folder(const fs::path& file) {

@@ -42,6 +42,7 @@ MoveResult JournalingDevice::answer(const Point& target, Pace pace, const std::o
                         record_.lines, describe(target, pace)));
     }
     go_live(target);
+    assert(device_ != nullptr);
     if (has_gap_) throw JournalError("an answer could not be recorded, and nothing moves after that: resume the session");
     JournalMove move{target, pace, device_->guarded_move(target, pace), device_->position()};
     move.datum = mark;

@@ -18,8 +18,6 @@ namespace {
 constexpr double kInfinity = std::numeric_limits<double>::infinity();
 // Every one of them is joined to every other; more would cost more and hardly shorten a way.
 constexpr std::size_t kMaxOutside = 200;
-// Of the workspace's radius: a place on its boundary is outside, whatever rounding says.
-constexpr double kOnBoundary = 1e-6;
 // A way that nothing was touched on since may be the last of a dead probe, through the part: it is gone back where no other leads.
 constexpr double kUnconfirmed = 1e4;
 
@@ -58,7 +56,7 @@ VisitedWays::VisitedWays(const Journal& journal, const Surroundings& surrounding
     }
     for (const auto& [coordinates, place] : known) sorted_.push_back(place);
     is_outside_.resize(places_.size());
-    const double slack = kOnBoundary * surroundings_.region().radius();
+    const double slack = surroundings_.boundary_slack();
     for (std::size_t place = 0; place < places_.size() && outside_.size() < kMaxOutside; ++place) {
         const Point& p = places_[place];
         if (!surroundings_.is_free(p) && (surroundings_.nearest_entry(p) - p).norm() > slack) continue;

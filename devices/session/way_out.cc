@@ -12,15 +12,8 @@
 #include "planner/number_text.h"
 
 namespace palpate {
-namespace {
 
-// Of the workspace's radius: a place on its boundary is outside, whatever rounding says.
-constexpr double kOnBoundary = 1e-6;
-
-}  // namespace
-
-WayOut::WayOut(const Surroundings& surroundings, const Point& start)
-    : surroundings_(surroundings), slack_(kOnBoundary * surroundings.region().radius()) {
+WayOut::WayOut(const Surroundings& surroundings, const Point& start) : surroundings_(surroundings), slack_(surroundings.boundary_slack()) {
     at_ = index_of(start);
 }
 

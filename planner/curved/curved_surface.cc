@@ -96,7 +96,7 @@ private:
         std::vector<LocalSpline::Site> sites;
         for (std::uint32_t s = 0; s < surfaces_.size(); ++s) {
             const auto& side = sides_.sides()[s];
-            if (touched_.is_flat.size() > 0 && touched_.is_flat[sides_.facets(side).front()] != 0) continue;
+            if (!touched_.is_flat.empty() && touched_.is_flat[sides_.facets(side).front()] != 0) continue;
             sites.clear();
             std::size_t near = sides_.rings(s, 1, kMostSites).size();
             const std::size_t with_normal = sides_.rings(s, kRings - 1, kMostSites).size();

@@ -131,7 +131,7 @@ std::vector<std::uint32_t> FacetSides::rings(std::uint32_t side, int depth, std:
         for (; begin < end; ++begin) {
             for (const std::uint32_t f : facets(sides_[found[begin]])) {
                 for (std::size_t k = 0; k < 3; ++k) {
-                    const std::uint32_t other = side_of_[3 * f + k];
+                    const std::uint32_t other = side_of_[3 * std::size_t{f} + k];
                     if (std::ranges::find(points, sides_[other].point) != points.end()) continue;
                     points.push_back(sides_[other].point);
                     found.push_back(other);

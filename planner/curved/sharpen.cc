@@ -76,7 +76,7 @@ private:
 
     // By point: its side that has the most touches around it, and enough; kNone if there is none, or if another has about as many, as on a
     // crease. Facets that are `apart` make no side.
-    std::vector<std::uint32_t> main_sides(const FacetSides& sides, const std::vector<std::uint8_t>& apart) const {
+    [[nodiscard]] std::vector<std::uint32_t> main_sides(const FacetSides& sides, const std::vector<std::uint8_t>& apart) const {
         std::vector<std::uint32_t> found(mesh_.points.size(), kNone);
         std::vector<std::size_t> most(mesh_.points.size(), 0);
         std::vector<std::size_t> second(mesh_.points.size(), 0);
@@ -97,7 +97,7 @@ private:
         return found;
     }
     // 1 for facets that are not wholly on one side, and for flat ones.
-    std::vector<std::uint8_t> pure_only(const std::vector<std::uint8_t>& flat) const {
+    [[nodiscard]] std::vector<std::uint8_t> pure_only(const std::vector<std::uint8_t>& flat) const {
         const FacetSides sides(mesh_, flat, kSmoothTurn);
         const std::vector<std::uint32_t> mains = main_sides(sides, flat);
         std::vector<std::uint8_t> apart(mesh_.triangles.size(), 0);
@@ -250,7 +250,7 @@ private:
         });
     }
 
-    SharpMesh assembled() const {
+    [[nodiscard]] SharpMesh assembled() const {
         SharpMesh sharp{mesh_, {}, error_};
         sharp.mesh.triangles.clear();
         std::vector<std::uint32_t> number(place_.size(), kNone);

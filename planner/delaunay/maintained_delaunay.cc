@@ -240,6 +240,7 @@ std::vector<CellId> MaintainedDelaunay::cells_around(std::uint32_t sample) const
     std::vector<Delaunay::Cell_handle> handles;
     delaunay_.incident_cells(vertices_[sample], std::back_inserter(handles));
     std::vector<CellId> cells;
+    cells.reserve(handles.size());
     for (const Delaunay::Cell_handle cell : handles) cells.push_back(cell->info());
     return cells;
 }

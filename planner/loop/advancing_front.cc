@@ -103,14 +103,12 @@ void AdvancingFront::note_edges_of(const std::array<std::uint32_t, 3>& facet, co
 
 void AdvancingFront::note_edges(DirectedEdge e) { note_edges_of(state_.facet_samples(e), state_.ticket(e)); }
 
-double AdvancingFront::circumradius(const std::array<std::uint32_t, 3>& facet) const {
-    const Vector u = state_.sample(facet[1]) - state_.sample(facet[0]);
-    const Vector v = state_.sample(facet[2]) - state_.sample(facet[0]);
-    return u.norm() * v.norm() * (u - v).norm() / (2 * u.cross(v).norm());
+double AdvancingFront::circumradius_of(const std::array<std::uint32_t, 3>& facet) const {
+    return circumradius(state_.sample(facet[0]), state_.sample(facet[1]), state_.sample(facet[2]));
 }
 
 bool AdvancingFront::infer(DirectedEdge e) {
-    if (state_.crossed(e) || !(circumradius(state_.facet_samples(e)) <= options_.epsilon)) return false;
+    if (state_.crossed(e) || !(circumradius_of(state_.facet_samples(e)) <= options_.epsilon)) return false;
     const std::optional<DirectedEdge> inwards = model_.infer(e, options_.epsilon);
     if (!inwards) return false;
     note_edges(*inwards);
@@ -210,7 +208,7 @@ std::optional<FacetView> AdvancingFront::facet_ahead(const OpenEdge& edge) {
         const bool is_ahead = std::any_of(corners.begin(), corners.end(), [&](std::uint32_t v) {
             return v != edge.a && v != edge.b && (state_.sample(v) - edge.middle).dot(edge.ahead) > 0;
         });
-        if (!is_ahead || !(circumradius(corners) < kLarge * options_.epsilon)) continue;
+        if (!is_ahead || !(circumradius_of(corners) < kLarge * options_.epsilon)) continue;
         if (missed_.contains(in_order(corners))) continue;
         const std::optional<FacetView> view = model_.view(e);
         if (!view || view->up.dot(edge.up) < kSteepest) continue;
@@ -278,7 +276,8 @@ std::optional<AdvancingFront::Place> AdvancingFront::best_place(const OpenEdge& 
     });
     Flat best = centre;
     double most = -std::numeric_limits<double>::infinity();
-    const auto look_around = [&](const Flat from, double step, int steps) {
+    const auto look_around = [&](double step, int steps) {
+        const Flat from = best;
         for (int i = -steps; i <= steps; ++i) {
             for (int j = -steps; j <= steps; ++j) {
                 const Flat at = from + step * Flat(i, j);
@@ -292,10 +291,10 @@ std::optional<AdvancingFront::Place> AdvancingFront::best_place(const OpenEdge& 
             }
         }
     };
-    look_around(centre, kStep * epsilon, 2);
+    look_around(kStep * epsilon, 2);
     if (!std::isfinite(most)) return std::nullopt;
-    look_around(best, kStep / 2 * epsilon, 1);
-    look_around(best, kStep / 4 * epsilon, 1);
+    look_around(kStep / 2 * epsilon, 1);
+    look_around(kStep / 4 * epsilon, 1);
     return Place{edge.middle + best.x() * edge.ahead + best.y() * along, most};
 }
 

@@ -87,7 +87,7 @@ private:
 
     void note_edge(std::uint32_t a, std::uint32_t b, const EdgeTicket& hint);
     void note_edges_of(const std::array<std::uint32_t, 3>& facet, const EdgeTicket& hint);
-    [[nodiscard]] double circumradius(const std::array<std::uint32_t, 3>& facet) const;
+    [[nodiscard]] double circumradius_of(const std::array<std::uint32_t, 3>& facet) const;
     // The open edge as it is now; nothing if it is closed.
     [[nodiscard]] std::optional<OpenEdge> look_at(const Task& task);
     // Looks again at the facets around the edge that was looked at last. True if one closes it.

@@ -5,6 +5,7 @@
 #include <Eigen/Geometry>
 #include <algorithm>
 #include <cmath>
+#include <span>
 
 #include "planner/errors.h"
 #include "planner/loop/sample_grid.h"
@@ -97,11 +98,12 @@ void EarlierTouches::learn_crossings(const Other& touch, std::uint32_t number, M
             if (!state.is_finite(e) || state.crossed(e)) continue;
             const auto span = state.span(e);
             if (!span) continue;
-            const Vector inwards = span->end_point() - span->start_point();
+            const Point start = span->start_point();
+            const Vector inwards = (span->end_point() - start).normalized();
             if (!(inwards.dot(touch.from - at) < 0)) continue;
-            const double along = inwards.normalized().dot(at - span->start_point());
-            const double off = (at - span->start_point() - along * inwards.normalized()).norm();
-            if (!(off <= same_place_) || along < 0 || along > inwards.norm()) continue;
+            const double along = inwards.dot(at - start);
+            const double off = (at - start - along * inwards).norm();
+            if (!(off <= same_place_) || along < 0 || along > (span->end_point() - start).norm()) continue;
             Crossing seen;  // no tool of this run was there
             seen.near = seen.far = seen.from = at;
             seen.from_vertex = false;

@@ -4,7 +4,6 @@
 // May not live here: where those touches are kept (tools/earlier_session), what they make plausible (planner/plausibility).
 #pragma once
 
-#include <array>
 #include <cstdint>
 #include <functional>
 #include <optional>

@@ -23,7 +23,7 @@ constexpr double kPerTrust = 8.0;
 // Of ε: with a tolerance, touches that are so far from all samples become samples, whatever they were made for: the curved surface is the
 // nearer for it. With 0.5 it is as near on smooth parts, but takes a tenth more touches on a bunny; with 0.7 it leaves places on that where
 // it is off.
-constexpr double kSpacing = 0.3;
+constexpr double kSpacingOfTouches = 0.3;
 
 bool grows(const Strategy& strategy) {
     return strategy.refine == Strategy::Refine::eager && strategy.explore == Strategy::Explore::closure &&
@@ -254,7 +254,7 @@ SurfaceGrowth::Step SurfaceGrowth::take(const ProbeHead::Answer& touched, const 
                                         const std::optional<double>& spacing) {
     const CellId near = state_.cell_at(beside[0]);
     const double distance = (state_.sample(state_.nearest_sample(touched.position, near)) - touched.position).norm();
-    const auto wanted = !spacing && options_.tolerance ? std::optional(kSpacing * options_.epsilon) : spacing;
+    const auto wanted = !spacing && options_.tolerance ? std::optional(kSpacingOfTouches * options_.epsilon) : spacing;
     if (wanted ? distance > *wanted : criteria_.is_bad(distance, touched.position)) {
         return Step{NewSample{touched.position, near, touched.touch}};
     }

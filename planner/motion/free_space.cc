@@ -35,8 +35,10 @@ bool FreeSpace::is_free(const Point& from, const Point& to, std::span<const std:
 bool FreeSpace::reach(std::uint32_t sample, double cost, std::uint32_t came_from, const Point& goal) {
     Label& label = labels_[sample];
     if (label.search == searches_ && (label.settled || label.cost <= cost)) return false;
+    const double estimate = cost + (hover_point(sample) - goal).norm();
+    if (estimate > at_most_) return false;
     label = {cost, came_from, searches_, false};
-    heap_.emplace_back(cost + (hover_point(sample) - goal).norm(), sample);
+    heap_.emplace_back(estimate, sample);
     std::push_heap(heap_.begin(), heap_.end(), std::greater<>());
     return true;
 }
@@ -82,7 +84,8 @@ std::optional<std::vector<std::uint32_t>> FreeSpace::hover_way(const HoverPlace&
     return std::nullopt;
 }
 
-std::optional<FreeSpace::Way> FreeSpace::way(const HoverPlace& from, const HoverPlace& to) {
+std::optional<FreeSpace::Way> FreeSpace::way(const HoverPlace& from, const HoverPlace& to, double at_most) {
+    at_most_ = at_most;
     Way way;
     std::vector<std::uint32_t> lenses;  // that the way may lead through
     state_.adjacent_samples(to.home, lenses);

@@ -8,6 +8,7 @@
 #pragma once
 
 #include <cstdint>
+#include <limits>
 #include <optional>
 #include <span>
 #include <utility>
@@ -35,9 +36,10 @@ public:
 
     // Whether the lenses of these samples cover the straight way.
     [[nodiscard]] bool is_free(const Point& from, const Point& to, std::span<const std::uint32_t> lenses) const;
-    // Nothing if lenses do not join the two. The search is A* over hover points: it costs as much as the way is long,
-    // wherever it is.
-    [[nodiscard]] std::optional<Way> way(const HoverPlace& from, const HoverPlace& to);
+    // Nothing if lenses do not join the two by a way over hover points of at most that length (mm); cutting its corners makes it shorter.
+    // The search is A*: it costs as much as the way is long, wherever it is, and where there is none as much as the longest would.
+    [[nodiscard]] std::optional<Way> way(const HoverPlace& from, const HoverPlace& to,
+                                         double at_most = std::numeric_limits<double>::infinity());
 
 private:
     struct Label {
@@ -57,6 +59,7 @@ private:
     std::vector<Label> labels_;  // by sample
     std::vector<std::pair<double, std::uint32_t>> heap_;
     std::uint32_t searches_ = 0;
+    double at_most_ = 0.0;                   // mm: of this search
     std::vector<std::uint32_t> adjacent_;    // scratch
     mutable std::vector<Interval> covered_;  // scratch
 };

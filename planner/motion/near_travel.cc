@@ -9,6 +9,8 @@ namespace {
 constexpr double kLift = 0.05;
 // A way over the roadmap that is longer than the straight one by that factor is not worth its length.
 constexpr double kDetour = 4.0;
+// Over hover points a way is by up to that factor longer than with its corners cut.
+constexpr double kCorners = 1.25;
 // Farther than that many ε, straight ways lead through S more often than not: the first hop goes over it.
 constexpr double kNear = 6.0;
 // After so many touches on the way to one place the tool goes round.
@@ -188,11 +190,10 @@ std::optional<NearTravel::Met> NearTravel::approach(NodeId goal, const std::arra
         for (const std::uint32_t sample : samples) {
             const NodeId out = door(sample);
             if (out == kNoNode) continue;
-            const auto way = free_space_.way(*from, {roadmap_.at(out), sample});
-            if (!way) continue;
-            const double length = way->length + roadmap_.short_path(out, goal).length;
-            if (length >= shortest) continue;
-            shortest = length;
+            const double rest = roadmap_.short_path(out, goal).length;
+            const auto way = free_space_.way(*from, {roadmap_.at(out), sample}, kCorners * std::min(shortest, kDetour * straight) - rest);
+            if (!way || way->length + rest >= shortest) continue;
+            shortest = way->length + rest;
             best = way;
             out_of_best = out;
         }

@@ -21,7 +21,7 @@ constexpr std::size_t kKnownPlaces = 64;
 // ... and of those, the ways to so many are compared.
 constexpr std::size_t kWaysCompared = 8;
 // A straight way through what is not known to be free is worth it if the other one is that much longer.
-constexpr double kDetour = 2.0;
+constexpr double kWorthStraight = 2.0;
 // Of the overtravel: a touch nearer than that to a doubtful place is no other place.
 constexpr double kSamePlace = 0.1;
 
@@ -310,7 +310,7 @@ std::optional<ProbeHead::KnownPlace> ProbeHead::nearest_known(const std::vector<
         KnownPlace place{touch_starts_[candidate.touch], touches_[candidate.touch].position};
         double way = roadmap_.short_path(at_, place.from).length;
         const double straight = (roadmap_.at(place.from) - roadmap_.at(at_)).norm();
-        place.straight = straight <= watch_->longest_hop() && way > kDetour * straight &&
+        place.straight = straight <= watch_->longest_hop() && way > kWorthStraight * straight &&
                          !surroundings_.first_known({roadmap_.at(at_), roadmap_.at(place.from)});
         if (place.straight) way = straight;
         way += 2 * (place.position - roadmap_.at(place.from)).norm();

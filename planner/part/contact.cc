@@ -8,13 +8,13 @@ namespace {
 
 // Of pushes away from S*, and of rounds into the cone: each halves what is left, or better, where it matters.
 constexpr int kPushes = 4;
-constexpr int kRounds = 20;
+constexpr int kConeRounds = 20;
 // What counts as in the cone, as a cosine.
 constexpr double kInCone = 1e-9;
 // rad: normals that turn by less show no bend.
 constexpr double kBend = 0.1;
 // rad: neighbours whose normals turn by more lie beyond an edge of their own.
-constexpr double kMostTurn = 1.2;
+constexpr double kTurnOverEdge = 1.2;
 // Of the widest turn to a neighbour: how far off the normal may be for that. Measured on boxes, grooves and overhangs of a few ε.
 constexpr double kUneven = 0.1;
 constexpr double kUnevenOneSided = 0.45;
@@ -87,7 +87,7 @@ Contact TracedField::contact(std::uint32_t v) const {
     double lack = 0;
     for (int push = 0; push < kPushes; ++push) {
         // Into the cone, one neighbour after the other.
-        for (int round = 0; round < kRounds; ++round) {
+        for (int round = 0; round < kConeRounds; ++round) {
             double most = 0;
             for (const Limit& limit : cone) {
                 const double off = limit.least - normal.dot(limit.direction);
@@ -125,7 +125,7 @@ void add_bends(std::vector<Contact>& contacts, const FacetFans& fans, double rad
         double widest = 0;
         for (const std::uint32_t j : around) {
             const double turn = angle_between(contact.normal, contacts[j].normal);
-            if (turn < kMostTurn) widest = std::max(widest, turn);
+            if (turn < kTurnOverEdge) widest = std::max(widest, turn);
         }
         // Where the surface turns, it may turn unevenly, and beside a crease it is seen from one side only.
         const bool is_one_sided =

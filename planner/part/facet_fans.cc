@@ -3,7 +3,6 @@
 #include <Eigen/Geometry>
 #include <algorithm>
 #include <cmath>
-#include <limits>
 
 namespace palpate {
 
@@ -12,12 +11,6 @@ Vector facet_normal(const TriangleMesh& mesh, std::uint32_t facet) {
     const Vector twice = (mesh.points[b] - mesh.points[a]).cross(mesh.points[c] - mesh.points[a]);
     const double norm = twice.norm();
     return norm > 0 ? Vector(twice / norm) : Vector::Zero();
-}
-
-double circumradius(const Point& a, const Point& b, const Point& c) {
-    const double twice_area = (b - a).cross(c - a).norm();
-    if (!(twice_area > 0)) return std::numeric_limits<double>::infinity();
-    return (b - a).norm() * (c - b).norm() * (a - c).norm() / (2 * twice_area);
 }
 
 double angle_between(const Vector& u, const Vector& v) { return std::atan2(u.cross(v).norm(), u.dot(v)); }

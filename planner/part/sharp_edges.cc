@@ -32,7 +32,7 @@ using VertexIndex = Mesh::Vertex_index;
 constexpr double kTurnedOver = 0.0;
 
 // Over the mesh: a flip may leave another flat facet, further along the edge.
-constexpr int kRounds = 5;
+constexpr int kSweeps = 5;
 
 Kernel::Point_3 to_cgal(const Point& p) { return {p.x(), p.y(), p.z()}; }
 
@@ -85,7 +85,7 @@ public:
 private:
     // A facet whose corners lie in a row along a sharp edge: its longest edge is flipped into the facet beyond.
     void flatten_caps() {
-        for (int round = 0; round < kRounds; ++round) {
+        for (int round = 0; round < kSweeps; ++round) {
             bool changes = false;
             for (const auto f : mesh_.faces()) {
                 auto longest = mesh_.halfedge(f);

@@ -14,9 +14,9 @@ namespace palpate {
 namespace {
 
 // Neighbours that the surface turns further away from are no graph over the tangent plane any more.
-constexpr double kMostTurn = 1.0;  // rad
+constexpr double kGraphTurn = 1.0;  // rad
 // Fits of the same points in the frame that the last one gave; and how often points that lie off count less.
-constexpr int kRounds = 3;
+constexpr int kFits = 3;
 // Of a neighbour's weight: over the mean distance of the first ring.
 constexpr double kReach = 1.2;
 // Of a residual that halves the weight: over that distance, where noise is less.
@@ -115,7 +115,7 @@ public:
             return result;
         }
         if (lies_on_plane(v, around, reach, result)) return result;
-        for (int round = 0; round < kRounds; ++round) improve(v, around, kReach * reach, result);
+        for (int round = 0; round < kFits; ++round) improve(v, around, kReach * reach, result);
         // Residuals do not show where the curvature jumps; that the fan has another normal does.
         result.angle = std::max(result.angle, angle_between(result.normal, fans_[v].normal));
         return result;
@@ -130,7 +130,7 @@ private:
     [[nodiscard]] bool belongs(std::uint32_t v, std::uint32_t w) const {
         const Vector& n = fans_[v].normal;
         const Vector& m = fans_[w].normal;
-        return angle_between(n, m) < kMostTurn && !is_creased(mesh_.points[v], n, mesh_.points[w], m);
+        return angle_between(n, m) < kGraphTurn && !is_creased(mesh_.points[v], n, mesh_.points[w], m);
     }
     [[nodiscard]] std::vector<std::uint32_t> ring(std::uint32_t v) const {
         std::vector<std::uint32_t> found;
@@ -155,7 +155,7 @@ private:
             Vector normal = facet_normal(mesh_, f);
             Point centre = mesh_.points[v];
             std::vector<Point> on;
-            for (int round = 0; round < kRounds; ++round) {
+            for (int round = 0; round < kFits; ++round) {
                 on.assign(1, mesh_.points[v]);
                 for (const std::uint32_t w : around) {
                     if (std::abs(normal.dot(mesh_.points[w] - centre)) <= slack) on.push_back(mesh_.points[w]);

@@ -7,11 +7,11 @@ namespace palpate {
 namespace {
 
 // Samples seen under a smaller sine from each other's planes do not tell how these are joined, ...
-constexpr double kFlat = 0.05;
+constexpr double kEdgeOn = 0.05;
 // ... which matters unless the planes are alike.
 constexpr double kAlike = 0.98;
 // mm per mm: what counts as on a plane.
-constexpr double kOnPlane = 1e-9;
+constexpr double kSamePlane = 1e-9;
 
 // Of the members, the one with the lowest number and all that are joined to it by chains of pairs that are `convex` (or are not).
 template <typename Pairs>
@@ -39,7 +39,7 @@ void LocalSolid::add(const Point& sample, const Vector& normal) {
         const Vector to = sample - samples_[i];
         const double sine = (normals_[i].dot(to) - normal.dot(to)) / (2 * to.norm());
         convex_[i][n] = convex_[n][i] = sine <= 0;
-        if (!(std::abs(sine) > kFlat) && normals_[i].dot(normal) < kAlike) unsure_[unsure_count_++] = {i, n};
+        if (!(std::abs(sine) > kEdgeOn) && normals_[i].dot(normal) < kAlike) unsure_[unsure_count_++] = {i, n};
     }
 }
 
@@ -101,7 +101,7 @@ std::optional<LocalSolid::Crossing> LocalSolid::crossing(const Point& origin, co
         heights[k] = 0;  // to rounding it is
         bool clear = true;
         const double height = height_by(convex_, heights, all, clear);
-        if (clear && std::abs(height) <= kOnPlane * (x - samples_[k]).norm()) best = Crossing{at, slope};
+        if (clear && std::abs(height) <= kSamePlane * (x - samples_[k]).norm()) best = Crossing{at, slope};
     }
     return best;
 }

@@ -83,16 +83,17 @@ bool ToleranceSearch::is_near(const std::vector<Point>& points, const Place& pla
 }
 
 ToleranceSearch::Place ToleranceSearch::centre(const SampledSurface& surface, std::uint32_t facet, Place place) const {
-    const auto& [a, b, c] = surface.mesh.triangles[facet];
-    const Vector u = surface.mesh.points[b] - surface.mesh.points[a];
-    const Vector v = surface.mesh.points[c] - surface.mesh.points[a];
-    const Vector across = u.cross(v);
+    const auto& [i, j, k] = surface.mesh.triangles[facet];
+    const Point& a = surface.mesh.points[i];
+    const Point& b = surface.mesh.points[j];
+    const Point& c = surface.mesh.points[k];
+    const Vector across = (b - a).cross(c - a);
     place.at = surface.ball_centres[facet];
     place.stated = 0;
     if (!(across.norm() > 0)) return place;
     place.normal = across.normalized();
     // Wherever S meets the dual edge, that is as far from the samples as the facet's circumradius at least.
-    place.spacing = std::max(options_.spacing_min, kSpreadOfCentre * u.norm() * v.norm() * (u - v).norm() / (2 * across.norm()));
+    place.spacing = std::max(options_.spacing_min, kSpreadOfCentre * circumradius(a, b, c));
     return place;
 }
 

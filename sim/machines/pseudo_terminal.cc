@@ -18,7 +18,7 @@
 namespace palpate {
 namespace {
 
-[[noreturn]] void fail(const std::string& what) {
+[[noreturn]] void give_up(const std::string& what) {
     throw ConnectionLost(fmt::format("pseudo-terminal: {}: {}", what, std::system_category().message(errno)));
 }
 
@@ -26,17 +26,17 @@ namespace {
 
 PseudoTerminal::PseudoTerminal(std::filesystem::path link)
     : descriptor_(posix_openpt(O_RDWR | O_NOCTTY | O_NONBLOCK | O_CLOEXEC)), link_(std::move(link)) {
-    if (descriptor_ < 0) fail("cannot open one; the system may have too many of them");
+    if (descriptor_ < 0) give_up("cannot open one; the system may have too many of them");
     try {
         std::array<char, 128> name{};
         if (grantpt(descriptor_) != 0 || unlockpt(descriptor_) != 0 || ptsname_r(descriptor_, name.data(), name.size()) != 0) {
-            fail("cannot prepare the client's end");
+            give_up("cannot prepare the client's end");
         }
         client_path_ = name.data();
         make_client_raw();
         openings_ = inotify_init1(IN_NONBLOCK | IN_CLOEXEC);
         if (openings_ < 0 || inotify_add_watch(openings_, client_path_.c_str(), IN_OPEN) < 0) {
-            fail(fmt::format("cannot watch {}", client_path_));
+            give_up(fmt::format("cannot watch {}", client_path_));
         }
         make_link();
     } catch (...) {
@@ -49,13 +49,13 @@ PseudoTerminal::PseudoTerminal(std::filesystem::path link)
 // Opened and closed once: from now on the system tells whether a client is there.
 void PseudoTerminal::make_client_raw() {
     const int client = open(client_path_.c_str(), O_RDWR | O_NOCTTY | O_CLOEXEC);
-    if (client < 0) fail(fmt::format("cannot open the client's end {}", client_path_));
+    if (client < 0) give_up(fmt::format("cannot open the client's end {}", client_path_));
     termios settings{};
     const bool known = tcgetattr(client, &settings) == 0;
     cfmakeraw(&settings);
     const bool raw = known && tcsetattr(client, TCSANOW, &settings) == 0;
     close(client);
-    if (!raw) fail(fmt::format("cannot make {} raw", client_path_));
+    if (!raw) give_up(fmt::format("cannot make {} raw", client_path_));
 }
 
 PseudoTerminal::~PseudoTerminal() {

@@ -14,7 +14,7 @@ namespace {
 constexpr double kFlat = 1e-12;
 
 // The inside of a parallelogram, or of the triangle that is half of it.
-struct Face {
+struct PlaneFace {
     Point corner = Point::Zero();
     Vector to_s = Vector::Zero();  // <p - corner, to_s> is the coordinate along u
     Vector to_t = Vector::Zero();
@@ -34,11 +34,11 @@ struct Face {
     }
 };
 
-std::optional<Face> face_of(const Point& corner, const Vector& u, const Vector& v, bool is_half) {
+std::optional<PlaneFace> face_of(const Point& corner, const Vector& u, const Vector& v, bool is_half) {
     const Vector across = u.cross(v);
     const double squared = across.squaredNorm();
     if (squared <= kFlat * kFlat * u.squaredNorm() * v.squaredNorm()) return std::nullopt;
-    return Face{corner, v.cross(across) / squared, across.cross(u) / squared, across / std::sqrt(squared), is_half};
+    return PlaneFace{corner, v.cross(across) / squared, across.cross(u) / squared, across / std::sqrt(squared), is_half};
 }
 
 double distance(const Segment& one, const Segment& other) {
@@ -60,7 +60,7 @@ double distance(const Segment& one, const Segment& other) {
 }
 
 // Between a face and what its corners are; and whether an edge of that passes through it.
-double distance(const std::optional<Face>& face, std::span<const Segment> edges) {
+double distance(const std::optional<PlaneFace>& face, std::span<const Segment> edges) {
     double nearest = std::numeric_limits<double>::infinity();
     if (!face) return nearest;
     for (const Segment& edge : edges) {

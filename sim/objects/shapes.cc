@@ -9,14 +9,13 @@
 
 #include "sim/objects/errors.h"
 #include "sim/objects/internal/placed_part.h"
+#include "sim/objects/internal/primitive.h"
 
 namespace palpate {
 namespace {
 
 // Far above the rounding of a distance (some 1e-16 of what goes into it), far below what a test of accuracy allows.
 constexpr double kTolerance = 1e-14;
-
-constexpr double kInfinity = std::numeric_limits<double>::infinity();
 
 // `number` is "" for the whole, "2" or "2.1" for a part.
 void append_parts(const ShapeSpec& spec, const Pose& outer, const std::string& number, std::vector<PlacedPart>& out) {

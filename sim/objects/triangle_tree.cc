@@ -3,7 +3,6 @@
 #include <CGAL/AABB_traits.h>
 #include <CGAL/AABB_tree.h>
 #include <CGAL/AABB_triangle_primitive.h>
-#include <CGAL/Exact_predicates_inexact_constructions_kernel.h>
 #include <CGAL/Exact_rational.h>
 
 #include <Eigen/Geometry>
@@ -13,15 +12,16 @@
 #include <cmath>
 #include <limits>
 
+#include "sim/objects/internal/cgal_points.h"
+
 namespace palpate {
 namespace {
 
-using Kernel = CGAL::Exact_predicates_inexact_constructions_kernel;
+using Kernel = ExactPredicates;
 using Triangles = std::vector<Kernel::Triangle_3>;
 using Primitive = CGAL::AABB_triangle_primitive<Kernel, Triangles::const_iterator>;
 using Tree = CGAL::AABB_tree<CGAL::AABB_traits<Kernel, Primitive>>;
 
-Kernel::Point_3 to_cgal(const Point& p) { return {p.x(), p.y(), p.z()}; }
 Point from_cgal(const Kernel::Point_3& p) { return {p.x(), p.y(), p.z()}; }
 
 // Exact. Most triangles that a box lets through are settled by orientations, which CGAL filters without exceptions; where a corner or an

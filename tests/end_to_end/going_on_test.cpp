@@ -3,7 +3,6 @@
 
 #include <cstring>
 #include <iostream>
-#include <map>
 
 #include "planner/errors.h"
 #include "tests/end_to_end/subjects.h"
@@ -11,9 +10,10 @@
 namespace palpate {
 namespace {
 
-std::vector<EarlierTouch> touches_of(const Result& result) {
+// As if the object had moved by `shift` since.
+std::vector<EarlierTouch> touches_of(const Result& result, const Vector& shift = Vector::Zero()) {
     std::vector<EarlierTouch> touches;
-    for (const Touch& touch : result.touches) touches.push_back({touch.position, touch.from, touch.sample.has_value()});
+    for (const Touch& touch : result.touches) touches.push_back({touch.position - shift, touch.from - shift, touch.sample.has_value()});
     return touches;
 }
 
@@ -138,12 +138,7 @@ TEST(GoingOn, APartThatHasMovedIsRefused) {
     const FinishedRun first(known, options);
     for (const Vector& shift : {Vector(0.05, 0, 0), Vector(0, 0.05, 0), Vector(0, 0, -0.05), Vector(0.03, -0.03, 0.03)}) {
         SCOPED_TRACE(shift.transpose());
-        options.earlier = touches_of(first.result());
-        // Moved by `shift`, the touches are where the object is not.
-        for (EarlierTouch& touch : options.earlier) {
-            touch.position -= shift;
-            touch.from -= shift;
-        }
+        options.earlier = touches_of(first.result(), shift);
         EXPECT_THROW(FinishedRun(known, options), ContradictionError);
     }
 }
@@ -156,13 +151,9 @@ TEST(GoingOn, ABoxThatHasMovedIsRefusedOrNotVouchedFor) {
     int refused = 0;
     for (int k = 0; k < 12; ++k) {
         Options on = options;
-        on.earlier = touches_of(first.result());
         Vector shift = Vector::Zero();
         shift[k % 3] = (k % 2 == 0 ? 1 : -1) * (k < 6 ? 0.05 : 0.2);
-        for (EarlierTouch& touch : on.earlier) {
-            touch.position -= shift;
-            touch.from -= shift;
-        }
+        on.earlier = touches_of(first.result(), shift);
         SCOPED_TRACE(shift.transpose());
         try {
             const FinishedRun run(known, on);

@@ -70,7 +70,7 @@ struct Rehearsal {
     Seconds time{0};
 };
 
-struct Task {
+struct Calibration {
     SessionConfig config;
     ReferenceSphere sphere;
     QualificationSettings settings;
@@ -79,7 +79,7 @@ struct Task {
 };
 
 // Throws SetupError if the qualification could not begin with the tool there, or would leave the limits.
-Rehearsal rehearse(const Task& task, const Point& start) {
+Rehearsal rehearse(const Calibration& task, const Point& start) {
     const MachineConfig& machine = *task.config.machine;
     IdealSphere ideal(task.sphere, *task.config.tool, machine.motion.retract_mm, start);
     MeteredDevice metered(ideal, machine.motion);
@@ -106,8 +106,8 @@ double center_error(const MachineConfig& machine) {
     return std::min(TouchMargins{}.center_error_mm, (machine.motion.overtravel_mm - kMostPretravel_mm) / 2);
 }
 
-Task task_of(const CalibrateCommand& command) {
-    Task task;
+Calibration task_of(const CalibrateCommand& command) {
+    Calibration task;
     task.config = read_config(command.config, command.overrides);
     if (!task.config.machine) throw SetupError(fmt::format("machine: missing; a probe is qualified with {}", connection_keys()));
     if (!task.config.tool) throw SetupError("tool: missing; say which ball is to be qualified: tool: {ball: {diameter: 2}}");
@@ -133,7 +133,7 @@ bool is_calibration(const fs::path& file) {
 }
 
 // Before anything moves: an older calibration alone gives way, and nothing that is read.
-void require_output(const CalibrateCommand& command, Task& task) {
+void require_output(const CalibrateCommand& command, Calibration& task) {
     std::vector<fs::path> inputs = inputs_of(task.config, command.config);
     for (const fs::path& input : inputs) {
         std::error_code ignored;
@@ -151,7 +151,7 @@ void require_output(const CalibrateCommand& command, Task& task) {
                                 {{"tool.calibration", yaml_text(relative_name(fs::absolute(task.file), folder).string())}});
 }
 
-Qualification qualify(ProbeDevice& device, const Task& task) {
+Qualification qualify(ProbeDevice& device, const Calibration& task) {
     MeteredDevice metered(device, task.config.machine->motion);
     try {
         return qualify_probe(metered, task.sphere, *task.config.tool, task.settings);
@@ -180,7 +180,7 @@ void tell(const ProbeCalibration& calibration, const Qualification& found, const
 
 ExitCode run(const CalibrateCommand& command, Output& output) {
     StopSignals signals;
-    Task task = task_of(command);
+    Calibration task = task_of(command);
     require_output(command, task);
     const MachineConfig& machine = *task.config.machine;
     GuardedMachine guarded(connect(machine, signals.token()), machine, signals.token(), [&] { signals.pause(); });

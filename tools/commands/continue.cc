@@ -9,6 +9,7 @@
 #include "tools/commands/new_session.h"
 #include "tools/earlier_session.h"
 #include "tools/session_files.h"
+#include "tools/session_folder.h"
 #include "tools/session_plan.h"
 
 namespace palpate {
@@ -44,18 +45,8 @@ void refine(Options& options, const ContinueCommand& command) {
 
 }  // namespace
 
-std::string take_earlier(NewSession& session) {
-    fs::path& file = session.config.earlier.file;
-    if (session.earlier.empty() && !file.empty()) session.earlier = read_file(file);
-    if (session.earlier.empty()) return {};
-    file = fs::absolute(session.folder / kEarlierFile);
-    session.config.probing.earlier = parse_touches(session.earlier, file.string());
-    return session.earlier;
-}
-
 ExitCode run(const ContinueCommand& command, Output& output) {
-    const bool is_journal = command.earlier.filename() == kJournalFile && !fs::is_directory(command.earlier);
-    const fs::path earlier = is_journal ? command.earlier.parent_path() : command.earlier;
+    const fs::path earlier = folder_of(command.earlier);
     const fs::path file = earlier / kConfigFile;
     std::error_code error;
     if (!fs::is_regular_file(file, error)) {
@@ -70,10 +61,11 @@ ExitCode run(const ContinueCommand& command, Output& output) {
     config = with_its_files(std::move(config));
     std::vector<fs::path> inputs = inputs_of(config, file);
     for (const char* name : kSessionFiles) inputs.push_back(earlier / name);
-    NewSession session{std::move(config), std::move(inputs), command.folder, command.picture, earlier_touches_in(earlier)};
+    NewSession session{std::move(config), std::move(inputs), command.folder, command.picture};
+    keep_earlier(session, earlier_touches_in(earlier));
+    session.config.probing.earlier = parse_touches(session.earlier, session.config.earlier.file.string());
     const bool was_on_machine = fs::exists(earlier / kJournalFile, error);
-    return was_on_machine ? begin_on_machine(std::move(session), command.yes, output)
-                          : begin_simulation(std::move(session), command.force, output);
+    return was_on_machine ? begin_on_machine(session, command.yes, output) : begin_simulation(session, command.force, output);
 }
 
 }  // namespace palpate

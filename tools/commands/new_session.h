@@ -2,7 +2,6 @@
 #pragma once
 
 #include <filesystem>
-#include <optional>
 #include <string>
 #include <vector>
 
@@ -16,15 +15,17 @@ struct NewSession {
     std::vector<std::filesystem::path> inputs;  // files that it reads
     std::filesystem::path folder;
     PictureChoice picture;
-    std::string earlier{};  // touches.csv of the session that it goes on from; empty: of the file that probing.earlier names, if it does
+    std::string earlier{};  // what kEarlierFile is to hold in its folder; empty: it goes on from no other session
 };
 
-// Of a session that goes on from another's touches: their file is to be in its own folder. Returns what that file is to hold; empty: it
-// goes on from none.
-[[nodiscard]] std::string take_earlier(NewSession& session);
+// As a configuration file says. Throws what read_config and with_its_files throw.
+[[nodiscard]] NewSession new_session(const std::filesystem::path& file, const std::vector<std::string>& overrides,
+                                     const std::filesystem::path& folder, const PictureChoice& picture);
+// Has it go on from touches, touches.csv of another session. It keeps them in its own folder.
+void keep_earlier(NewSession& session, std::string touches);
 
 // They throw what the parts throw.
-ExitCode begin_simulation(NewSession session, bool force, Output& output);
-ExitCode begin_on_machine(NewSession session, bool yes, Output& output);
+ExitCode begin_simulation(const NewSession& session, bool force, Output& output);
+ExitCode begin_on_machine(const NewSession& session, bool yes, Output& output);
 
 }  // namespace palpate

@@ -1,13 +1,9 @@
 // palpate probe: a session on a machine.
 #include <spdlog/spdlog.h>
 
-#include <utility>
-
-#include "config/reader.h"
 #include "config/writer.h"
 #include "tools/calibration_file.h"
 #include "tools/commands/new_session.h"
-#include "tools/earlier_session.h"
 #include "tools/operated_session.h"
 #include "tools/session_files.h"
 #include "tools/session_folder.h"
@@ -15,9 +11,8 @@
 
 namespace palpate {
 
-ExitCode begin_on_machine(NewSession session, bool yes, Output& output) {
+ExitCode begin_on_machine(const NewSession& session, bool yes, Output& output) {
     StopSignals signals;
-    const std::string earlier = take_earlier(session);
     const SessionConfig& config = session.config;
     for (const std::string& warning : calibration_warnings(config, std::chrono::system_clock::now())) spdlog::warn("{}", warning);
     (void)machine_workspace(config);
@@ -26,11 +21,11 @@ ExitCode begin_on_machine(NewSession session, bool yes, Output& output) {
     const auto was_left = [&](std::string_view file) {
         const std::filesystem::path there = session.folder / file;
         if (file != kConfigFile && file != kEarlierFile) return false;
-        return std::filesystem::exists(session.folder / kJournalFile) || read_file(there) == (file == kConfigFile ? text : earlier);
+        return std::filesystem::exists(session.folder / kJournalFile) || read_file(there) == (file == kConfigFile ? text : session.earlier);
     };
     const SessionFolder folder = SessionFolder::begin(session.folder, session.inputs, was_left);
     try {
-        if (!earlier.empty()) write_file(session.folder / kEarlierFile, earlier);
+        if (!session.earlier.empty()) write_file(session.folder / kEarlierFile, session.earlier);
         write_file(session.folder / kConfigFile, text);
         return run_session(plan_session(config, session.folder, text), config, session.folder, session.picture,
                            host_for(config, yes, output, signals), output, signals, start_session);
@@ -41,9 +36,7 @@ ExitCode begin_on_machine(NewSession session, bool yes, Output& output) {
 }
 
 ExitCode run(const ProbeCommand& command, Output& output) {
-    SessionConfig config = with_its_files(read_config(command.config, command.overrides));
-    std::vector<std::filesystem::path> inputs = inputs_of(config, command.config);
-    return begin_on_machine({std::move(config), std::move(inputs), command.folder, command.picture}, command.yes, output);
+    return begin_on_machine(new_session(command.config, command.overrides, command.folder, command.picture), command.yes, output);
 }
 
 }  // namespace palpate

@@ -26,7 +26,7 @@ namespace {
 // table was not closed.
 constexpr double kMargin = 6.0;
 
-struct Task {
+struct Setup {
     SessionConfig config;
     std::array<Point, 3> table_places;
     std::optional<Box> part;  // as the user says
@@ -39,8 +39,8 @@ Point middle_of(const std::vector<double>& given, const Box& otherwise) {
     return {given[0], given[1], 0.0};
 }
 
-Task task_of(const SetupCommand& command) {
-    Task task;
+Setup task_of(const SetupCommand& command) {
+    Setup task;
     task.config = with_its_files(read_config(command.config, command.overrides));
     const SessionConfig& config = task.config;
     if (!config.machine) throw SetupError(fmt::format("machine: missing; a setup touches with {}", connection_keys()));
@@ -121,7 +121,7 @@ private:
     double height_ = 0.0;
 };
 
-TablePlane touch_table(const Task& task, Toucher& toucher) {
+TablePlane touch_table(const Setup& task, Toucher& toucher) {
     const Box& limits = task.config.machine->limits;
     std::array<Point, 3> touched;
     for (std::size_t k = 0; k < touched.size(); ++k) {
@@ -145,7 +145,7 @@ struct TouchedPart {
 };
 
 // Down onto the part; what is as low as the table is no part.
-std::optional<PartTouch> touch_top(const Task& task, const TablePlane& table, const Point& place, Toucher& toucher) {
+std::optional<PartTouch> touch_top(const Setup& task, const TablePlane& table, const Point& place, Toucher& toucher) {
     const MachineConfig& machine = *task.config.machine;
     const double radius = touching_radius(task.config);
     const double lowest = table.touched_height(place.x(), place.y(), radius) + 2 * machine.touch_error();
@@ -156,7 +156,7 @@ std::optional<PartTouch> touch_top(const Task& task, const TablePlane& table, co
 }
 
 // mm: above it the ball is clear of the table at every place of the limits.
-double least_height(const Task& task, const TablePlane& table) {
+double least_height(const Setup& task, const TablePlane& table) {
     double least = 0;
     const Box& limits = task.config.machine->limits;
     for (const double x : {limits.min.x(), limits.max.x()}) {
@@ -168,7 +168,7 @@ double least_height(const Task& task, const TablePlane& table) {
     return least + 2 * task.config.machine->touch_error();
 }
 
-TouchedPart touch_around(const Task& task, const TablePlane& table, double height, Toucher& toucher) {
+TouchedPart touch_around(const Setup& task, const TablePlane& table, double height, Toucher& toucher) {
     const MachineConfig& machine = *task.config.machine;
     const ToolShape& tool = *task.config.tool;
     const double radius = touching_radius(task.config);
@@ -209,7 +209,7 @@ TouchedPart touch_around(const Task& task, const TablePlane& table, double heigh
     return part;
 }
 
-TouchedPart touch_box(const Task& task, const TablePlane& table, Toucher& toucher) {
+TouchedPart touch_box(const Setup& task, const TablePlane& table, Toucher& toucher) {
     TouchedPart part{*task.part, {}};
     const auto top = touch_top(task, table, task.center, toucher);
     if (!top) {
@@ -251,7 +251,7 @@ std::string changed_text(const SetupCommand& command, const std::vector<KeyEdit>
 
 ExitCode run(const SetupCommand& command, Output& output) {
     StopSignals signals;
-    const Task task = task_of(command);
+    const Setup task = task_of(command);
     const MachineConfig& machine = *task.config.machine;
     GuardedMachine guarded(connect(machine, signals.token()), machine, signals.token(), [&] { signals.pause(); });
     const MachineReport report = guarded.machine().report();

@@ -2,14 +2,10 @@
 #include <fmt/format.h>
 #include <spdlog/spdlog.h>
 
-#include <utility>
-
-#include "config/reader.h"
 #include "config/writer.h"
 #include "devices/errors.h"
 #include "devices/session/journal.h"
 #include "tools/commands/new_session.h"
-#include "tools/earlier_session.h"
 #include "tools/hindsight.h"
 #include "tools/provenance.h"
 #include "tools/results.h"
@@ -20,9 +16,8 @@
 
 namespace palpate {
 
-ExitCode begin_simulation(NewSession session, bool force, Output& output) {
+ExitCode begin_simulation(const NewSession& session, bool force, Output& output) {
     StopSignals signals;
-    const std::string earlier = take_earlier(session);
     const SessionConfig& config = session.config;
     const Scene scene = build_scene(config);
     print_warnings(scene.object);
@@ -36,9 +31,12 @@ ExitCode begin_simulation(NewSession session, bool force, Output& output) {
     Simulation run = simulate_with_progress(config, scene, output, signals);
     if (signals.token().stop_requested()) throw Stopped("stopped; nothing was written");
     warn_of_other_truth(run);
-    std::error_code ignored;
-    earlier.empty() ? (void)std::filesystem::remove(session.folder / kEarlierFile, ignored)
-                    : write_file(session.folder / kEarlierFile, earlier);
+    if (session.earlier.empty()) {
+        std::error_code ignored;
+        std::filesystem::remove(session.folder / kEarlierFile, ignored);
+    } else {
+        write_file(session.folder / kEarlierFile, session.earlier);
+    }
     write_file(session.folder / kConfigFile, text);
     const std::optional<PartResult> part = part_of(run.result, config);
     const std::optional<CurvedSurface> curved = curved_of(run.result, part, config);
@@ -54,9 +52,7 @@ ExitCode begin_simulation(NewSession session, bool force, Output& output) {
 }
 
 ExitCode run(const SimulateCommand& command, Output& output) {
-    SessionConfig config = with_its_files(read_config(command.config, command.overrides));
-    std::vector<std::filesystem::path> inputs = inputs_of(config, command.config);
-    return begin_simulation({std::move(config), std::move(inputs), command.folder, command.picture}, command.force, output);
+    return begin_simulation(new_session(command.config, command.overrides, command.folder, command.picture), command.force, output);
 }
 
 }  // namespace palpate

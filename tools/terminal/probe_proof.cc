@@ -13,9 +13,9 @@
 namespace palpate {
 namespace {
 
-constexpr std::chrono::seconds kPatience{60};
+constexpr std::chrono::seconds kPressWithin{60};
 // Between looks: shorter than any hand.
-constexpr std::chrono::milliseconds kPoll{40};
+constexpr std::chrono::milliseconds kLook{40};
 
 }  // namespace
 
@@ -27,7 +27,7 @@ bool see_probe_pressed(Machine& machine, const char* enter, Console& console, St
     const std::string question = fmt::format("Press the probe by hand and let it go, so that it is seen to work{}: ",
                                              terminal ? fmt::format(" (Enter: {})", enter) : std::string());
     terminal ? terminal->pose(question, signals) : console.write(question);
-    const auto until = std::chrono::steady_clock::now() + kPatience;
+    const auto until = std::chrono::steady_clock::now() + kPressWithin;
     bool has_closed = false;
     while (std::chrono::steady_clock::now() < until && !signals.token().stop_requested()) {
         signals.pause();
@@ -38,8 +38,8 @@ bool see_probe_pressed(Machine& machine, const char* enter, Console& console, St
             say("it opened: it works\n");
             return true;
         }
-        if (terminal && terminal->is_line_entered(kPoll)) break;
-        if (!terminal) std::this_thread::sleep_for(kPoll);
+        if (terminal && terminal->is_line_entered(kLook)) break;
+        if (!terminal) std::this_thread::sleep_for(kLook);
     }
     if (signals.token().stop_requested()) {
         say("\n");

@@ -6,7 +6,7 @@ namespace palpate {
 namespace {
 
 // How long the end of the program may have to wait for the waiting thread.
-constexpr timespec kPoll{0, 50'000'000};
+constexpr timespec kWakeUp{0, 50'000'000};
 
 }  // namespace
 
@@ -19,7 +19,7 @@ StopSignals::StopSignals() {
     pthread_sigmask(SIG_BLOCK, &signals_, &before_);
     waiter_ = std::jthread([this](const std::stop_token& ended) {
         while (!ended.stop_requested()) {
-            const int signal = sigtimedwait(&signals_, nullptr, &kPoll);
+            const int signal = sigtimedwait(&signals_, nullptr, &kWakeUp);
             if (signal <= 0) continue;
             if (signal == SIGTSTP) {
                 asked_.request_pause();

@@ -8,6 +8,7 @@
 #include <utility>
 #include <vector>
 
+#include "devices/clock.h"
 #include "devices/errors.h"
 
 namespace palpate {
@@ -21,8 +22,6 @@ constexpr std::chrono::milliseconds kEchoPause{5};
 constexpr std::chrono::milliseconds kBusyPause{20};
 // Modbus application protocol 7: acknowledged, busy, the gateway's target does not answer.
 constexpr std::array kPassing{5, 6, 11};
-
-std::chrono::nanoseconds nanoseconds(Seconds time) { return std::chrono::duration_cast<std::chrono::nanoseconds>(time); }
 
 ModbusProfile checked(ModbusProfile profile) {
     check_profile(profile);
@@ -43,7 +42,7 @@ ModbusClient::ModbusClient(const ModbusLinkOptions& link, ModbusProfile profile,
 
 template <class Call>
 auto ModbusClient::repeating(const Call& call, Seconds busy) {
-    const auto give_up_at = clock_.now() + nanoseconds(busy);
+    const auto give_up_at = clock_.now() + to_nanoseconds(busy);
     bool was_busy = false;
     for (int attempt = 0;;) {
         try {
@@ -114,7 +113,7 @@ Seconds ModbusClient::look() {
 ModbusStatus ModbusClient::status() {
     const auto first = static_cast<std::uint16_t>(heartbeat_ + 1U);
     const auto after_first = [first](std::uint16_t beat) { return static_cast<std::uint16_t>(beat - first); };  // wraps
-    const auto give_up_at = clock_.now() + nanoseconds(profile_.echo_limit);
+    const auto give_up_at = clock_.now() + to_nanoseconds(profile_.echo_limit);
     while (true) {
         const auto asked_at = clock_.now();
         ModbusStatus status = repeating([&] {
@@ -185,7 +184,7 @@ void ModbusClient::write_control(std::uint16_t word) {
 
 void ModbusClient::halt(Seconds limit) {
     constexpr std::uint16_t kWord = cia402::kEnableOperation | cia402::kHalt;
-    const auto give_up_at = clock_.now() + nanoseconds(limit);
+    const auto give_up_at = clock_.now() + to_nanoseconds(limit);
     while (true) {
         try {
             return write_control(kWord);
@@ -209,7 +208,7 @@ void ModbusClient::reset_fault() {
 }
 
 void ModbusClient::wait_for(std::uint16_t state) {
-    const auto give_up_at = clock_.now() + nanoseconds(profile_.echo_limit);
+    const auto give_up_at = clock_.now() + to_nanoseconds(profile_.echo_limit);
     while (!status().has(state) && clock_.now() < give_up_at) clock_.sleep(kEchoPause);
 }
 

@@ -10,15 +10,12 @@
 #include <algorithm>
 #include <cerrno>
 #include <cstddef>
-#include <system_error>
 #include <utility>
 
 #include "devices/errors.h"
 
 namespace palpate {
 namespace {
-
-std::string reason(int error) { return std::generic_category().message(error); }
 
 [[noreturn]] void refuse(const std::string& what) {
     throw DeviceError(fmt::format("another process drives the machine at {}; end it first", what));

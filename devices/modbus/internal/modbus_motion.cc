@@ -4,6 +4,7 @@
 
 #include <utility>
 
+#include "devices/clock.h"
 #include "devices/errors.h"
 #include "planner/number_text.h"
 
@@ -24,8 +25,6 @@ constexpr double kRoundingResolutions = 2.6;
 constexpr int kFalseReports = 2;
 // Of the time that the controller waits for a heartbeat, what may pass between two when the set-point bit is taken back.
 constexpr double kHeartbeatShare = 0.9;
-
-std::chrono::nanoseconds nanoseconds(Seconds time) { return std::chrono::duration_cast<std::chrono::nanoseconds>(time); }
 
 }  // namespace
 
@@ -94,9 +93,9 @@ void ModbusMotion::send(const ArmedMove& move, Watch& watch) {
     } catch (const ConnectionLost&) {
         reconnect(watch, {});  // the echo will tell whether it arrived
     }
-    watch.taken_by = clock_.now() + nanoseconds(client_.profile().echo_limit);
+    watch.taken_by = clock_.now() + to_nanoseconds(client_.profile().echo_limit);
     const Seconds expected = move_duration(motion_, (move.target - watch.before.actual).norm(), move.feed_mm_per_s);
-    watch.deadline = clock_.now() + nanoseconds(2 * expected + patience_);
+    watch.deadline = clock_.now() + to_nanoseconds(2 * expected + patience_);
 }
 
 void ModbusMotion::reconnect(Watch& watch, const StopToken& stop) {
@@ -107,7 +106,7 @@ void ModbusMotion::reconnect(Watch& watch, const StopToken& stop) {
 
 // A network that is away is waited for; without a heartbeat the axes have stopped by then.
 ModbusStatus ModbusMotion::status_through_reconnects(Watch& watch, const StopToken& stop) {
-    const auto give_up_at = clock_.now() + nanoseconds(client_.link().options().reconnect_time);
+    const auto give_up_at = clock_.now() + to_nanoseconds(client_.link().options().reconnect_time);
     while (true) {
         try {
             return client_.status();
@@ -311,7 +310,7 @@ ModbusStatus ModbusMotion::look_after(std::chrono::nanoseconds time) {
 
 ModbusStatus ModbusMotion::stop() {
     client_.halt(client_.link().options().reconnect_time);
-    const auto deadline = clock_.now() + nanoseconds(patience_);
+    const auto deadline = clock_.now() + to_nanoseconds(patience_);
     while (true) {
         ModbusStatus status = client_.status();
         if (status.is_standing()) {

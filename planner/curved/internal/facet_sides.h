@@ -38,9 +38,10 @@ public:
     FacetSides(const TriangleMesh& mesh, const std::vector<std::uint8_t>& flat, double crease = kCrease);
 
     [[nodiscard]] const std::vector<MeshEdge>& edges() const { return edges_; }
-    [[nodiscard]] std::uint32_t edge(std::uint32_t facet, std::size_t k) const { return edge_of_[3 * facet + k]; }  // from corner k on
+    // From corner k on.
+    [[nodiscard]] std::uint32_t edge(std::uint32_t facet, std::size_t k) const { return edge_of_[3 * std::size_t{facet} + k]; }
     [[nodiscard]] const std::vector<Side>& sides() const { return sides_; }
-    [[nodiscard]] std::uint32_t side(std::uint32_t facet, std::size_t corner) const { return side_of_[3 * facet + corner]; }
+    [[nodiscard]] std::uint32_t side(std::uint32_t facet, std::size_t corner) const { return side_of_[3 * std::size_t{facet} + corner]; }
     [[nodiscard]] std::span<const std::uint32_t> facets(const Side& side) const {
         return std::span(facets_).subspan(side.first, side.count);
     }

@@ -11,7 +11,6 @@ namespace palpate {
 
 // Unit; zero for a facet without area.
 [[nodiscard]] Vector facet_normal(const TriangleMesh& mesh, std::uint32_t facet);
-[[nodiscard]] double circumradius(const Point& a, const Point& b, const Point& c);  // mm; infinite without area
 // rad, in [0, π].
 [[nodiscard]] double angle_between(const Vector& u, const Vector& v);
 

@@ -11,8 +11,6 @@
 namespace palpate {
 namespace {
 
-constexpr double kInfinity = std::numeric_limits<double>::infinity();
-
 template <class... F>
 struct Overloaded : F... {
     using F::operator()...;

@@ -4,6 +4,7 @@
 // (torus), a segment (capsule), a box (rounded box), a plate (genus2). Only the ellipsoid is no offset.
 #pragma once
 
+#include <limits>
 #include <string>
 #include <variant>
 
@@ -12,6 +13,8 @@
 namespace palpate {
 
 using Primitive = std::variant<SphereSpec, EllipsoidSpec, TorusSpec, CapsuleSpec, RoundedBoxSpec, Genus2Spec>;
+
+inline constexpr double kInfinity = std::numeric_limits<double>::infinity();
 
 // Measures of genus2 at scale 1 (sim/objects/shapes.h).
 inline constexpr double kGenus2HalfLength = 0.6;   // mm: half the plate's middle segment, and where its holes are centred

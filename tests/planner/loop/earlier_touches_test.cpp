@@ -37,6 +37,12 @@ struct Bench {
     [[nodiscard]] std::optional<EarlierTouches::Place> next(EarlierTouches& touches) const {
         return touches.next([this](std::uint32_t sample) { return normal(sample); });
     }
+    // The first place is where it was.
+    void find_first(EarlierTouches& touches) const {
+        const auto first = next(touches);
+        ASSERT_TRUE(first);
+        touches.note(*first, Found{first->at});
+    }
     [[nodiscard]] EarlierTouches earlier(double touch_error = 0) { return {options, touch_error, Criteria(options), space, head}; }
 };
 
@@ -200,9 +206,7 @@ TEST(EarlierTouches, WhereNothingIsMetItHasMoved) {
 TEST(EarlierTouches, AShiftThatNoPlaceShowsIsSaid) {
     Bench bench(300);
     EarlierTouches earlier = bench.earlier();
-    const auto first = bench.next(earlier);
-    ASSERT_TRUE(first);
-    earlier.note(*first, Found{first->at});
+    bench.find_first(earlier);
     while (const auto place = bench.next(earlier)) earlier.note(*place, Found{{}, {}, true});
     EXPECT_EQ(earlier.evidence().directions, 1);
 }
@@ -211,9 +215,7 @@ TEST(EarlierTouches, AShiftThatNoPlaceShowsIsSaid) {
 TEST(EarlierTouches, WhatIsNewInTheWayIsNoBarrier) {
     Bench bench(300);
     EarlierTouches earlier = bench.earlier();
-    const auto first = bench.next(earlier);
-    ASSERT_TRUE(first);
-    earlier.note(*first, Found{first->at});
+    bench.find_first(earlier);
     EXPECT_THROW(
         {
             while (const auto place = bench.next(earlier))

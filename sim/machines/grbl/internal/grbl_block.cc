@@ -8,27 +8,11 @@
 #include <set>
 #include <string_view>
 
+#include "sim/machines/grbl/internal/grbl_errors.h"
+
 namespace palpate {
 namespace {
 
-// Error numbers of the protocol.
-constexpr int kNegative = 4;
-constexpr int kNotAJog = 16;
-constexpr int kUnsupported = 20;
-constexpr int kModalGroup = 21;
-constexpr int kNoFeed = 22;
-constexpr int kNotWhole = 23;
-constexpr int kAxisConflict = 24;
-constexpr int kRepeatedWord = 25;
-constexpr int kNoAxisWords = 26;
-constexpr int kMissingValue = 28;
-constexpr int kNoSuchWorkSystem = 29;
-constexpr int kG53 = 30;
-constexpr int kUselessAxisWords = 31;
-constexpr int kAtTarget = 33;
-constexpr int kUnusedWords = 36;
-
-constexpr double kInch = 25.4;       // mm
 constexpr double kSamePlace = 1e-6;  // mm: far below a step
 constexpr int kNoMotion = 800;
 constexpr double kNoSuchCode = 100.0;  // G99 is the last

@@ -10,6 +10,8 @@
 
 namespace palpate {
 
+inline constexpr double kInch = 25.4;  // mm
+
 // Numbers of G words in tenths: 382 is G38.2.
 struct GrblModal {
     int motion = 0;

@@ -3,20 +3,11 @@
 #include <tuple>
 
 #include "devices/motion_model.h"
+#include "sim/machines/grbl/internal/grbl_errors.h"
 #include "sim/machines/grbl/internal/grbl_machine.h"
 
 namespace palpate {
 namespace {
-
-// Error numbers of the protocol.
-constexpr int kBadNumber = 2;
-constexpr int kUnknownCommand = 3;
-constexpr int kHomingDisabled = 5;
-constexpr int kNotIdle = 8;
-constexpr int kLocked = 9;
-constexpr int kLineTooLong = 11;
-constexpr int kJogBeyondLimits = 15;
-constexpr int kResetRequired = 79;
 
 constexpr double kLastSetting = 255;
 
@@ -24,7 +15,6 @@ constexpr int kSoftLimitAlarm = 2;
 constexpr int kProbeClosedAlarm = 4;
 constexpr int kProbeMissedAlarm = 5;
 
-constexpr double kSecondsPerMinute = 60.0;
 constexpr double kMinimumFeed = GrblPlanner::kMinimumFeed;
 constexpr double kHomingFeed = 25.0;  // mm/s
 constexpr Seconds kHomingLatch{1.0};  // back off the switches and touch them again

@@ -2,11 +2,10 @@
 
 #include <fmt/format.h>
 
+#include "devices/motion_model.h"
+
 namespace palpate {
 namespace {
-
-constexpr double kInch = 25.4;  // mm
-constexpr double kSecondsPerMinute = 60.0;
 
 std::string number(double value, int decimals) {
     const std::string text = fmt::format("{:.{}f}", value, decimals);

@@ -6,13 +6,11 @@
 #include <array>
 #include <cmath>
 
+#include "devices/motion_model.h"
+#include "sim/machines/grbl/internal/grbl_errors.h"
+
 namespace palpate {
 namespace {
-
-constexpr int kUnknownSetting = 3;
-constexpr int kNegative = 4;
-constexpr int kSoftLimitsNeedHoming = 10;
-constexpr double kSecondsPerMinute = 60.0;
 
 // The ones that are told with three decimals; the rest are whole.
 bool is_fractional(int number) {

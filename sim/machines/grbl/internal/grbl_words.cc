@@ -2,11 +2,10 @@
 
 #include <charconv>
 
+#include "sim/machines/grbl/internal/grbl_errors.h"
+
 namespace palpate {
 namespace {
-
-constexpr int kExpectedLetter = 1;
-constexpr int kBadNumber = 2;
 
 bool is_letter(char c) { return c >= 'A' && c <= 'Z'; }
 bool is_digit(char c) { return c >= '0' && c <= '9'; }

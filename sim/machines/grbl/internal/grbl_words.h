@@ -15,7 +15,7 @@ struct GrblWord {
 
 struct GrblWords {
     std::vector<GrblWord> words;
-    int error = 0;  // 0, 1 (a letter was expected) or 2 (bad number)
+    int error = 0;  // of grbl_errors.h, or 0
 };
 
 // The number at the beginning of `text`, taken off it: sign, digits, one point; no exponent, no "nan". Nothing if there is none.

@@ -1,7 +1,5 @@
 #include "sim/objects/mesh/internal/flat_triangles.h"
 
-#include <CGAL/Exact_predicates_inexact_constructions_kernel.h>
-
 #include <Eigen/Geometry>
 #include <algorithm>
 #include <array>
@@ -10,15 +8,15 @@
 #include <utility>
 #include <vector>
 
+#include "sim/objects/internal/cgal_points.h"
+
 namespace palpate {
 namespace {
 
-using Kernel = CGAL::Exact_predicates_inexact_constructions_kernel;
+using Kernel = ExactPredicates;
 using Index = std::uint32_t;
 using Triangle = std::array<Index, 3>;
 using Edge = std::pair<Index, Index>;  // low, high
-
-Kernel::Point_3 to_cgal(const Point& p) { return {p.x(), p.y(), p.z()}; }
 
 bool flat(const TriangleMesh& mesh, const Triangle& t) {
     return CGAL::collinear(to_cgal(mesh.points[t[0]]), to_cgal(mesh.points[t[1]]), to_cgal(mesh.points[t[2]]));

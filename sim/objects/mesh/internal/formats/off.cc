@@ -13,7 +13,7 @@
 namespace palpate {
 namespace {
 
-struct Header {
+struct OffHeader {
     std::size_t points = 0;
     std::size_t faces = 0;
     std::size_t extras = 0;  // numbers of every point besides its coordinates
@@ -42,8 +42,8 @@ std::optional<std::size_t> extras_of(std::string_view keyword) {
     return extras;
 }
 
-Header read_header(TextScanner& in) {
-    Header header;
+OffHeader read_header(TextScanner& in) {
+    OffHeader header;
     std::string_view word = in.word();
     if (word.starts_with("nOFF") || (word.starts_with("4") && extras_of(word.substr(1)))) {
         in.refuse(fmt::format("{} has points that are not of three coordinates; export the mesh as OFF", quoted_word(word)));
@@ -64,7 +64,7 @@ Header read_header(TextScanner& in) {
 }
 
 // Does the line of each point hold coordinates, and that of each face the corners that it announces?
-bool lines_are_complete(TextScanner in, const Header& header) {
+bool lines_are_complete(TextScanner in, const OffHeader& header) {
     for (std::size_t i = 0; i < header.points + header.faces; ++i) {
         const std::string_view first = in.word();
         std::size_t wanted = 2;  // words after the first
@@ -78,7 +78,7 @@ bool lines_are_complete(TextScanner in, const Header& header) {
 }
 
 // Has every point and face a line of its own? Then what follows on it, such as colours, need not be told, and nothing may be missing.
-bool has_a_line_for_each(const TextScanner& in, const Header& header) {
+bool has_a_line_for_each(const TextScanner& in, const OffHeader& header) {
     const std::size_t lines = count_lines(in);
     const std::size_t wanted = header.points + header.faces;
     return lines == wanted || (lines > wanted && lines_are_complete(in, header));
@@ -94,7 +94,7 @@ std::uint32_t read_corner(const TextScanner& in, std::string_view word, std::siz
 
 PolygonSoup read_off(std::string_view bytes) {
     TextScanner in(bytes, {.comments = true});
-    const Header header = read_header(in);
+    const OffHeader header = read_header(in);
     const bool lines = has_a_line_for_each(in, header);
     const auto next = [&] { return lines ? in.word_on_line() : in.word(); };
     PolygonSoup soup;

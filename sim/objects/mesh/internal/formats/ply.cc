@@ -41,7 +41,7 @@ struct Element {
     std::vector<Property> properties;
 };
 
-struct Header {
+struct PlyHeader {
     std::optional<std::endian> binary;  // nothing: text
     std::vector<Element> elements;
     std::size_t size = 0;  // bytes
@@ -95,12 +95,12 @@ std::size_t end_of_header(std::string_view bytes, std::size_t offset) {
     return offset;
 }
 
-Header read_header(std::string_view bytes) {
+PlyHeader read_header(std::string_view bytes) {
     TextScanner in(bytes);
     std::string_view word = in.word();
     if (!equal_words(word, "ply")) in.refuse_word(word, "'ply'");
     in.skip_line();
-    Header header;
+    PlyHeader header;
     bool has_format = false;
     for (word = in.word(); !equal_words(word, "end_header"); word = in.word()) {
         if (equal_words(word, "format")) {
@@ -293,7 +293,7 @@ void check_elements(const std::vector<Element>& elements) {
 }  // namespace
 
 PolygonSoup read_ply(std::string_view bytes) {
-    const Header header = read_header(bytes);
+    const PlyHeader header = read_header(bytes);
     check_elements(header.elements);
     if (header.binary) return BodyReader(BinaryValues(ByteReader(bytes, header.size, *header.binary))).read(header.elements);
     TextScanner text(bytes);
