@@ -116,8 +116,7 @@ MaintainedDelaunay::Insertion MaintainedDelaunay::insert(const Point& p, CellId 
         const Delaunay::Cell_handle fresh = facet.survivor->neighbor(facet.facet);
         cropped_.push_back({register_cell(fresh), fresh->index(v)});
     }
-    for (std::size_t k = 0; k < hole_facets_.size(); ++k) {
-        const HoleFacet& facet = hole_facets_[k];
+    for (const HoleFacet& facet : hole_facets_) {
         const DirectedEdge from_survivor{facet.survivor->info(), facet.facet};
         const EdgeRecord& known = record(from_survivor);
         const bool was_dying = facet.dying.state == EdgeState::crossing;

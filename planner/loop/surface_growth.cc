@@ -288,7 +288,7 @@ bool SurfaceGrowth::settle_refutation() {
     }
     std::vector<std::uint32_t> doubted = plausibility_->take_doubted();
     std::ranges::sort(doubted);
-    doubted.erase(std::ranges::unique(doubted).begin(), doubted.end());
+    doubted.erase(std::unique(doubted.begin(), doubted.end()), doubted.end());
     for (const std::uint32_t sample : doubted) reconsider_around(sample);
     return !doubted.empty();
 }

@@ -108,11 +108,11 @@ std::vector<ThinPlace> find_thin_places(const MaintainedDelaunay& state, const R
     for (std::size_t k = 0; k < facets.size(); ++k) {
         const auto facet = state.facet_samples(facets[k]);
         for (const std::uint32_t s : facet) {
-            if (!used.samples[s]) links.push_back({{s, s}, k});
+            if (!used.samples[s]) links.emplace_back(Edge{s, s}, k);
             explained[s] = true;
         }
         for (const Edge& edge : edges_of(facet)) {
-            if (!used.has(edge)) links.push_back({edge, k});
+            if (!used.has(edge)) links.emplace_back(edge, k);
         }
     }
     std::sort(links.begin(), links.end());

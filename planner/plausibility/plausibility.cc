@@ -105,7 +105,7 @@ void Plausibility::fit_normal(std::uint32_t sample) {
     neighbors_.clear();
     normals_.clear();
     for (const std::uint32_t b : adjacent_) {
-        neighbors_.push_back(places_[b].position - place.position);
+        neighbors_.emplace_back(places_[b].position - place.position);
         normals_.push_back(places_[b].normal);
     }
     place.normal = plane_of_most(neighbors_, normals_, place.outwards);
