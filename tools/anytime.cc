@@ -3,46 +3,63 @@
 #include <fmt/format.h>
 
 #include <algorithm>
-#include <cmath>
-#include <set>
+#include <array>
+#include <chrono>
+#include <optional>
+#include <utility>
 
 #include "config/strategy_names.h"
 #include "devices/device_oracle.h"
-#include "planner/baselines.h"
+#include "planner/baselines/baselines.h"
+#include "planner/topology.h"
 #include "sim/simulated_device.h"
+#include "tools/curved_result.h"
 #include "tools/view/line_plot.h"
 
 namespace palpate {
 namespace {
 
-constexpr double kStepsPerDecade = 5.0;
 constexpr std::uint64_t kFewestProbes = 50;
 constexpr std::uint64_t kMostBaselineProbes = 100'000;
 constexpr const char* kRaster = "z-raster";
 constexpr const char* kRandomRays = "random rays";
+constexpr const char* kGaussianProcess = "Gaussian process";
+constexpr std::uint64_t kMostProcessProbes = 1000;
+// Of the tolerance that is given.
+constexpr std::array kTolerances{32.0, 16.0, 8.0, 4.0, 2.0, 1.0};
 
 // Probes to stop after, on the way to `last`.
 std::vector<std::uint64_t> budgets(std::uint64_t last) {
     std::vector<std::uint64_t> all;
-    for (int k = 0;; ++k) {
-        const auto budget =
-            static_cast<std::uint64_t>(std::llround(static_cast<double>(kFewestProbes) * std::pow(10.0, k / kStepsPerDecade)));
-        if (budget >= last) break;
+    // 50, 100, 200, 500, 1000, ...
+    for (std::uint64_t budget = kFewestProbes; budget < last; budget = all.size() % 3 == 0 ? budget / 2 * 5 : budget * 2) {
         all.push_back(budget);
     }
     return all;
 }
 
-AnytimePoint point_of(const std::string& name, const Strategy& strategy, const Simulation& run) {
-    const Result& r = run.result;
-    return {name,
-            to_string(strategy),
-            r.cost.probes(),
-            r.cost.displacement(),
-            r.topology.facets,
-            run.truth->hausdorff,
-            run.truth->mean_distance,
-            run.unsafe_moves};
+// What the mesh is worth.
+AnytimePoint judge(AnytimePoint point, const SessionConfig& config, const Scene& scene, const TriangleMesh& mesh) {
+    const Truth truth = measure_truth(scene.object, mesh, TruthSampling{}, config.probing.random_seed);
+    const Topology topology = analyse_topology(mesh);
+    point.facets = mesh.triangles.size();
+    point.hausdorff = truth.hausdorff;
+    point.mean_distance = truth.mean_distance;
+    point.p99 = measure_surface(scene.object, mesh, kCurvedTruthPoints, config.probing.random_seed).p99;
+    point.euler_characteristic = topology.euler_characteristic;
+    point.boundary_edges = topology.boundary_edges + topology.nonmanifold_edges;
+    return point;
+}
+
+AnytimePoint cost_of(const std::string& name, const std::string& method, const Simulation& run) {
+    AnytimePoint point;
+    point.config = name;
+    point.method = method;
+    point.probes = run.result.cost.probes();
+    point.displacement = run.result.cost.displacement();
+    point.unsafe_moves = run.unsafe_moves;
+    point.seconds = run.planner_seconds;
+    return point;
 }
 
 template <typename Probe>
@@ -51,16 +68,16 @@ AnytimePoint measure_baseline(const std::string& name, const char* method, const
     const Region& workspace = scene.workspace.region();
     SimulatedDevice device(scene.object, workspace.nearest_boundary(workspace.center() + 2 * workspace.radius() * Vector::UnitZ()));
     DeviceOracle oracle(device);
+    const auto start = std::chrono::steady_clock::now();
     const BaselineResult run = probe(oracle, workspace);
-    const Truth truth = measure_truth(scene.object, run.mesh, TruthSampling{}, config.probing.random_seed);
-    return {name,
-            method,
-            run.cost.probes(),
-            run.cost.displacement(),
-            run.mesh.triangles.size(),
-            truth.hausdorff,
-            truth.mean_distance,
-            device.unsafe_moves()};
+    AnytimePoint point;
+    point.config = name;
+    point.method = method;
+    point.probes = run.cost.probes();
+    point.displacement = run.cost.displacement();
+    point.unsafe_moves = device.unsafe_moves();
+    point.seconds = std::chrono::duration<double>(std::chrono::steady_clock::now() - start).count();
+    return judge(std::move(point), config, scene, run.mesh);
 }
 
 }  // namespace
@@ -74,17 +91,28 @@ std::vector<AnytimePoint> measure_anytime(const std::string& name, SessionConfig
         points.push_back(std::move(point));
     };
     std::uint64_t most = 0;
-    const Budget given = config.probing.budget;
+    const auto run = [&](const std::string& method, std::optional<std::uint64_t> budget) {
+        SessionConfig bounded = config;
+        if (budget) bounded.probing.budget.probes = *budget;
+        const Simulation end = simulate(bounded, scene, {});
+        add(judge(cost_of(name, method, end), config, scene, end.result.mesh));
+        return end.result.cost.probes();
+    };
+    const std::optional<double> tolerance = std::exchange(config.probing.tolerance, std::nullopt);
     for (const Strategy& strategy : strategies) {
         config.probing.strategy = strategy;
-        config.probing.budget = given;
-        const AnytimePoint end = point_of(name, strategy, simulate(config, scene, {}));
-        most = std::max(most, end.probes);
-        for (const std::uint64_t budget : budgets(end.probes)) {
-            config.probing.budget.probes = budget;
-            add(point_of(name, strategy, simulate(config, scene, {})));
-        }
-        add(end);
+        const std::uint64_t all = run(to_string(strategy), {});
+        most = std::max(most, all);
+        for (const std::uint64_t budget : budgets(all)) run(to_string(strategy), budget);
+    }
+    for (const double factor : kTolerances) {
+        if (!tolerance) break;
+        config.probing.tolerance = factor * *tolerance;
+        const Simulation end = simulate(config, scene, {});
+        const std::optional<CurvedSurface> curved = curved_of(end.result, {}, config);
+        add(judge(cost_of(name, fmt::format("{} to a tolerance", to_string(config.probing.strategy)), end), config, scene,
+                  curved ? curved->mesh : end.result.mesh));
+        most = std::max(most, end.result.cost.probes());
     }
     std::vector<std::uint64_t> shared = budgets(std::min(most, kMostBaselineProbes));
     shared.push_back(std::min(most, kMostBaselineProbes));
@@ -97,14 +125,21 @@ std::vector<AnytimePoint> measure_anytime(const std::string& name, SessionConfig
             return probe_random_rays(oracle, workspace, budget, config.probing.random_seed);
         }));
     }
+    for (const std::uint64_t budget : budgets(std::min(most, kMostProcessProbes + 1))) {
+        add(measure_baseline(name, kGaussianProcess, config, scene, [&](SurfaceOracle& oracle, const Region& workspace) {
+            return probe_gaussian_process(oracle, workspace, budget, config.probing.random_seed);
+        }));
+    }
     return points;
 }
 
 std::string anytime_csv(const std::vector<AnytimePoint>& points) {
-    std::string text = "config,method,probes,displacement,facets,hausdorff,mean_distance,unsafe_moves\n";
+    std::string text =
+        "config,method,probes,displacement,facets,hausdorff,mean_distance,unsafe_moves,p99,euler_characteristic,boundary_edges,seconds\n";
     for (const AnytimePoint& p : points) {
-        text += fmt::format("{},{},{},{:.10g},{},{:.10g},{:.10g},{}\n", p.config, p.method, p.probes, p.displacement, p.facets, p.hausdorff,
-                            p.mean_distance, p.unsafe_moves);
+        text +=
+            fmt::format("{},{},{},{:.10g},{},{:.10g},{:.10g},{},{:.10g},{},{},{:.3g}\n", p.config, p.method, p.probes, p.displacement,
+                        p.facets, p.hausdorff, p.mean_distance, p.unsafe_moves, p.p99, p.euler_characteristic, p.boundary_edges, p.seconds);
     }
     return text;
 }

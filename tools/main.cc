@@ -289,9 +289,10 @@ int main(int argc, char** argv) {
         ->check(explain_option_as_name)
         ->capture_default_str();
     bench_app->add_flag("--force", bench.force, "Replace these files if they are there");
-    bench_app->add_flag("--anytime", bench.anytime,
-                        "Write the error against probes and displacement, beside a z-raster and random rays: FILE.csv and FILE.svg; "
-                        "one CONFIG");
+    bench_app->add_flag(
+        "--anytime", bench.anytime,
+        "Write the error against probes and displacement, beside a z-raster, random rays and a Gaussian process: FILE.csv and FILE.svg; "
+        "one CONFIG");
     bench_app->add_flag("--reliability", bench.reliability,
                         "Write how often plausible facets are wrong, over how often they are stated to be: FILE.csv and FILE.svg");
     add_overrides(bench_app, bench.overrides);

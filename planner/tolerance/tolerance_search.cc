@@ -6,6 +6,7 @@
 #include <limits>
 
 #include "planner/curved/curved_surface.h"
+#include "planner/random.h"
 
 namespace palpate {
 namespace {
@@ -150,7 +151,7 @@ std::vector<ToleranceSearch::Place> ToleranceSearch::draw(const SampledSurface& 
     if (!(sum > 0)) return drawn;
     for (std::size_t k = 0; k < count; ++k) {
         // A standard distribution is not the same everywhere.
-        const double at = sum * (static_cast<double>(random_() >> 11U) * 0x1p-53);
+        const double at = sum * uniform(random_);
         const auto t = static_cast<std::size_t>(std::ranges::upper_bound(below, at) - below.begin());
         const auto& triangle = mesh.triangles[std::min(t, mesh.triangles.size() - 1)];
         drawn.push_back(fine.place(surface, fine.surface.facet_of[std::min(t, mesh.triangles.size() - 1)], triangle[random_() % 3]));

@@ -6,6 +6,7 @@
 #include <limits>
 #include <utility>
 
+#include "planner/random.h"
 #include "sim/machines/internal/probe_input.h"
 #include "sim/machines/internal/tool_motion.h"
 #include "sim/probe/axis_play.h"
@@ -317,7 +318,7 @@ void VirtualTool::tell(const ToolMotion& motion, double distance) const {
 double VirtualTool::draw_noise() {
     if (options_.touch_noise_mm == 0.0) return 0.0;
     // The same on every platform, which std::uniform_real_distribution is not.
-    return options_.touch_noise_mm * (2 * static_cast<double>(noise_() >> 11U) * 0x1p-53 - 1);
+    return options_.touch_noise_mm * (2 * uniform(noise_) - 1);
 }
 
 bool VirtualTool::is_too_deep(double depth) const { return depth > options_.motion.overtravel_mm + options_.motion.resolution_mm; }

@@ -1,36 +1,11 @@
 #include "sim/objects/crofton.h"
 
-#include <Eigen/Geometry>
-#include <cmath>
 #include <numbers>
 
+#include "planner/random.h"
 #include "sim/objects/errors.h"
 
 namespace palpate {
-namespace {
-
-// Uniformly distributed over all lines that meet the ball; as the chord in it.
-Segment random_chord(const Point& center, double radius, std::mt19937_64& random) {
-    constexpr double kTurn = 2.0 * std::numbers::pi;
-    const double z = 2.0 * uniform(random) - 1.0;
-    const double longitude = kTurn * uniform(random);
-    const double rho = std::sqrt(1.0 - z * z);
-    const Vector direction(rho * std::cos(longitude), rho * std::sin(longitude), z);
-    const Vector across = direction.unitOrthogonal();
-    const double share = uniform(random);  // of the disc's area
-    const double angle = kTurn * uniform(random);
-    const Vector off = radius * std::sqrt(share) * (std::cos(angle) * across + std::sin(angle) * direction.cross(across));
-    const Vector half = radius * std::sqrt(1.0 - share) * direction;
-    return {center + off - half, center + off + half};
-}
-
-}  // namespace
-
-double uniform(std::mt19937_64& random) {
-    constexpr double kUnit = 0x1p-53;
-    return static_cast<double>(random() >> 11U) * kUnit;
-}
-
 SurfaceSample sample_surface(const HiddenObject& object, std::size_t count, std::mt19937_64& random) {
     // A needle of a length of 1000 diameters is met by one line in some 600.
     constexpr std::size_t kMostMisses = 1'000'000;  // in a row
@@ -41,7 +16,7 @@ SurfaceSample sample_surface(const HiddenObject& object, std::size_t count, std:
     std::size_t lines = 0;
     std::size_t misses = 0;
     while (sample.points.size() < count) {
-        const std::vector<Point> points = object.crossings(random_chord(box.center(), radius, random));
+        const std::vector<Point> points = object.crossings(random_chord(Ball{box.center(), radius}, random));
         sample.points.insert(sample.points.end(), points.begin(), points.end());
         ++lines;
         misses = points.empty() ? misses + 1 : 0;

@@ -9,9 +9,6 @@
 
 namespace palpate {
 
-// In [0, 1), from the top 53 bits; std's distributions differ between libraries, this does not.
-[[nodiscard]] double uniform(std::mt19937_64& random);
-
 struct SurfaceSample {
     std::vector<Point> points;
     double area = 0.0;  // mm², estimated

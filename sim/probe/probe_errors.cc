@@ -5,11 +5,12 @@
 #include <cmath>
 #include <numbers>
 
+#include "planner/random.h"
+
 namespace palpate {
 namespace {
 
 // The same on every platform, which std::uniform_real_distribution is not. From [0, 1).
-double uniform(std::mt19937_64& random) { return static_cast<double>(random() >> 11U) * 0x1p-53; }
 
 bool happens(double share, std::mt19937_64& random) { return share > 0.0 && uniform(random) < share; }
 

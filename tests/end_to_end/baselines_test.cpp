@@ -1,7 +1,8 @@
 // The baselines see what the planner sees; the tool stays where it may be.
-#include "planner/baselines.h"
+#include "planner/baselines/baselines.h"
 
 #include "devices/device_oracle.h"
+#include "planner/topology.h"
 #include "sim/truth.h"
 #include "tests/end_to_end/subjects.h"
 
@@ -56,6 +57,28 @@ TEST(Baselines, RandomRaysComeNearerWithEveryTouch) {
         before = truth.hausdorff;
     }
     EXPECT_LT(before, 0.05);
+}
+
+TEST(Baselines, AGaussianProcessFindsASmoothShape) {
+    double before = 10;
+    for (const std::uint64_t probes : {60U, 240U}) {
+        Scene scene("torus");
+        const BaselineResult r = probe_gaussian_process(scene.oracle, scene.workspace, probes, 1);
+        EXPECT_EQ(r.cost.probes(), probes);
+        EXPECT_EQ(scene.device.unsafe_moves(), 0U);
+        EXPECT_NEAR(scene.device.distance(), r.cost.displacement(), 1e-9 * r.cost.displacement());
+        const SurfaceDistances off = measure_surface(scene.object, r.mesh, 20'000, 1);
+        EXPECT_LT(off.max, before / 20);
+        before = off.max;
+        if (probes < 200) continue;
+        const Topology topology = analyse_topology(r.mesh);
+        EXPECT_TRUE(topology.is_closed_oriented_manifold());
+        EXPECT_EQ(topology.euler_characteristic, 0);
+        EXPECT_EQ(topology.components, 1U);
+    }
+    EXPECT_LT(before, 0.01);
+    Scene scene("torus");
+    EXPECT_TRUE(probe_gaussian_process(scene.oracle, scene.workspace, 0, 1).mesh.points.empty());
 }
 
 // Remembers how far outside ω a guarded move ended or aimed.

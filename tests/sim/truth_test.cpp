@@ -6,6 +6,7 @@
 #include <filesystem>
 #include <limits>
 
+#include "planner/random.h"
 #include "sim/objects/crofton.h"
 #include "sim/objects/errors.h"
 #include "tests/sim/support.h"

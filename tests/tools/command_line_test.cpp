@@ -404,25 +404,27 @@ std::vector<std::string> fields_of(const std::string& line) {
 }
 
 TEST_F(CommandLine, BenchWritesErrorsBeforeTheEnd) {
-    write_torus(0.2);
+    write_torus(0.3);
     const Outcome outcome = palpate("bench torus.yaml --strategy default,adaptive --anytime -o any");
     ASSERT_EQ(outcome.exit_code, 0) << outcome.err;
     std::istringstream csv(read("any.csv"));
     std::string line;
     std::getline(csv, line);
-    EXPECT_EQ(line, "config,method,probes,displacement,facets,hausdorff,mean_distance,unsafe_moves");
+    EXPECT_EQ(
+        line,
+        "config,method,probes,displacement,facets,hausdorff,mean_distance,unsafe_moves,p99,euler_characteristic,boundary_edges,seconds");
     std::map<std::string, double> best;  // by method
     std::map<std::string, int> rows;
     while (std::getline(csv, line)) {
         const std::vector<std::string> fields = fields_of(line);
-        ASSERT_EQ(fields.size(), 8U) << line;
+        ASSERT_EQ(fields.size(), 12U) << line;
         const double hausdorff = std::stod(fields[5]);
         const auto [known, is_new] = best.try_emplace(fields[1], hausdorff);
         known->second = std::min(known->second, hausdorff);
         ++rows[fields[1]];
         EXPECT_EQ(fields[7], "0") << "unsafe moves";
     }
-    ASSERT_EQ(best.size(), 4U);
+    ASSERT_EQ(best.size(), 5U);
     for (const auto& [method, count] : rows) EXPECT_GE(count, 3) << method;
     EXPECT_LT(best.at("default"), best.at("random rays"));
     EXPECT_LT(best.at("default"), best.at("z-raster"));

@@ -28,6 +28,7 @@ const std::map<std::string, std::set<std::string>> kMayInclude = {
     {"planner/loop", {"planner", "planner/delaunay", "planner/inference", "planner/plausibility", "planner/motion", "planner/tolerance"}},
     {"planner/part", {"planner"}},
     {"planner/curved", {"planner"}},
+    {"planner/baselines", {"planner"}},
     {"devices", {"planner"}},
     {"devices/calibration", {"devices", "planner"}},
     {"devices/decorators", {"devices", "planner"}},
@@ -47,7 +48,7 @@ const std::map<std::string, std::set<std::string>> kMayInclude = {
     {"tools",
      {"tools/terminal", "tools/view", "config", "sim", "sim/objects", "sim/probe", "sim/tool", "sim/machines", "devices",
       "devices/calibration", "devices/decorators", "devices/grbl", "devices/modbus", "devices/posix", "devices/session", "planner",
-      "planner/part", "planner/curved"}},
+      "planner/part", "planner/curved", "planner/baselines"}},
 };
 // The one door from a top folder into the room below it.
 const std::map<std::string, std::set<std::string>> kDoors = {

@@ -3,6 +3,8 @@
 #include <algorithm>
 #include <utility>
 
+#include "planner/random.h"
+
 namespace palpate {
 
 void ProbeInput::touch(bool touching, Seconds now) {
@@ -23,7 +25,7 @@ void ProbeInput::set_miss_share(double share, std::uint64_t seed) {
 bool ProbeInput::draw_miss() {
     if (std::exchange(miss_next_, false)) return true;
     // The same on every platform, which std::uniform_real_distribution is not.
-    return miss_share_ > 0.0 && static_cast<double>(random_() >> 11U) * 0x1p-53 < miss_share_;
+    return miss_share_ > 0.0 && uniform(random_) < miss_share_;
 }
 
 void ProbeInput::pass_until(Seconds now) {

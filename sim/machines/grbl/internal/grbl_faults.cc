@@ -2,6 +2,8 @@
 
 #include <algorithm>
 
+#include "planner/random.h"
+
 namespace palpate {
 
 GrblFaults::GrblFaults(const VirtualGrblOptions& options)
@@ -24,7 +26,7 @@ std::optional<Seconds> GrblFaults::next_time() const {
 }
 
 // The same on every platform, which std::uniform_real_distribution is not.
-double GrblFaults::draw() { return static_cast<double>(random_() >> 11U) * 0x1p-53; }
+double GrblFaults::draw() { return uniform(random_); }
 
 std::optional<double> GrblFaults::draw_spurious() {
     const bool happens = draw() < spurious_rate_;

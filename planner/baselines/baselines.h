@@ -11,7 +11,7 @@
 namespace palpate {
 
 struct BaselineResult {
-    TriangleMesh mesh;  // oriented nowhere in particular; empty if too little was touched
+    TriangleMesh mesh;  // of rasters and rays oriented nowhere in particular; empty if too little was touched
     Cost cost;
 };
 
@@ -23,5 +23,11 @@ struct BaselineResult {
 // is CGAL's advancing front through all touches. Throws what the oracle throws.
 [[nodiscard]] BaselineResult probe_random_rays(SurfaceOracle& oracle, const Surroundings& surroundings, std::uint64_t probes,
                                                std::uint64_t seed);
+
+// Active exploration by a Gaussian process implicit surface, the peer of tactile robotics: the next touch is where the estimated surface is
+// least certain, along its normal, from where that line enters ω, and back there. The mesh is of the process' zero. Nothing rules out that
+// it has holes or parts that the object does not have. Takes time as the cube of the probes. Throws what the oracle throws.
+[[nodiscard]] BaselineResult probe_gaussian_process(SurfaceOracle& oracle, const Surroundings& surroundings, std::uint64_t probes,
+                                                    std::uint64_t seed);
 
 }  // namespace palpate
