@@ -28,7 +28,7 @@ struct AnytimePoint {
 };
 
 // Runs every strategy to its end, and again with smaller and smaller budgets of probes, three for every power of ten; the
-// baselines with the same budgets, a Gaussian process with at most 1,000. With `probing.tolerance` also what sessions with that tolerance,
+// baselines with the same budgets, a Gaussian process with at most 500. With `probing.tolerance` also what sessions with that tolerance,
 // and with greater ones, end with: the curved surface. `on_point` is told of each and may be empty.
 [[nodiscard]] std::vector<AnytimePoint> measure_anytime(const std::string& name, SessionConfig config, const Scene& scene,
                                                         const std::vector<Strategy>& strategies,

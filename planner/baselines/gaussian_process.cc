@@ -46,9 +46,8 @@ constexpr std::size_t kCandidates = 16;
 constexpr double kLeastAngle = 20.0;  // degrees
 constexpr double kFacetRadius = 0.06;
 constexpr double kFacetDistance = 0.2;
-// CGAL halves its way to points of the surface until they are so near to it; two of Newton's steps do the rest.
-constexpr double kOnSurface = 1e-3;
-constexpr int kNewtonSteps = 2;
+// Far below that: facets between points that are farther off are never near enough.
+constexpr double kOnSurface = 1e-5;
 
 using Triangulation = CGAL::Surface_mesh_default_triangulation_3;
 using Complex = CGAL::Complex_2_in_triangulation_3<Triangulation>;
@@ -191,7 +190,7 @@ private:
             for (int k = 0; k < 3; ++k) {
                 const Triangulation::Vertex_handle v = f->first->vertex((f->second + k + 1) % 4);
                 const auto [place, is_new] = numbers.try_emplace(v, static_cast<std::uint32_t>(mesh.points.size()));
-                if (is_new) mesh.points.push_back(projected(process, {v->point().x(), v->point().y(), v->point().z()}));
+                if (is_new) mesh.points.emplace_back(v->point().x(), v->point().y(), v->point().z());
                 corners[static_cast<std::size_t>(k)] = place->second;
             }
             const auto [p, q, r] = corners;
@@ -200,16 +199,6 @@ private:
             mesh.triangles.push_back(normal.dot(process.gradient(middle)) < 0 ? std::array{p, r, q} : corners);
         }
         return mesh;
-    }
-
-    [[nodiscard]] Point projected(const ImplicitProcess& process, Point p) const {
-        for (int k = 0; k < kNewtonSteps; ++k) {
-            const Vector gradient = process.gradient(p);
-            const Vector step = -process.mean(p) / gradient.squaredNorm() * gradient;
-            if (!(step.norm() < 2 * kOnSurface * bound_.radius)) break;
-            p += step;
-        }
-        return p;
     }
 
     const Surroundings& surroundings_;

@@ -334,6 +334,7 @@ bool ProbingLoop::refine_facets() {
     });
     // By crossing, not by edge: an insertion may move or remove the next one.
     std::vector<SurfaceBall> balls;
+    balls.reserve(facets.size());
     for (const BadFacet& f : facets) balls.push_back(ball_of(state_, surface.dual_edges[f.facet]));
     bool changed = false;
     for (std::size_t k = 0; k < facets.size(); ++k) changed |= refine(balls[k], Touch::Role::refinement, facets[k].spacing);

@@ -122,6 +122,7 @@ std::vector<SamplePair> Repair::torn_apart(const RestrictedSurface& surface) con
         }
     }
     std::vector<SamplePair> pairs;
+    pairs.reserve(nearest.size());
     for (const auto& [of, pair] : nearest) pairs.push_back(pair);
     return pairs;
 }
