@@ -110,8 +110,7 @@ std::vector<AnytimePoint> measure_anytime(const std::string& name, SessionConfig
         config.probing.tolerance = factor * *tolerance;
         const Simulation end = simulate(config, scene, {});
         const std::optional<CurvedSurface> curved = curved_of(end.result, {}, config);
-        add(judge(cost_of(name, fmt::format("{} to a tolerance", to_string(config.probing.strategy)), end), config, scene,
-                  curved ? curved->mesh : end.result.mesh));
+        add(judge(cost_of(name, "to a tolerance", end), config, scene, curved ? curved->mesh : end.result.mesh));
         most = std::max(most, end.result.cost.probes());
     }
     std::vector<std::uint64_t> shared = budgets(std::min(most, kMostBaselineProbes));
@@ -153,6 +152,10 @@ std::string anytime_svg(const std::vector<AnytimePoint>& points) {
         if (series == plot.series.end()) series = plot.series.insert(series, {p.method, {{}, {}}});
         series->points[0].emplace_back(static_cast<double>(p.probes), p.hausdorff);
         series->points[1].emplace_back(p.displacement, p.hausdorff);
+    }
+    // A strategy's end is told first.
+    for (PlotSeries& series : plot.series) {
+        for (auto& curve : series.points) std::ranges::sort(curve);
     }
     if (!points.empty()) plot.title = fmt::format("Error before the end: {}", points.front().config);
     return to_svg(plot);
