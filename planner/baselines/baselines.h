@@ -26,8 +26,8 @@ struct BaselineResult {
 
 // Active exploration by a Gaussian process implicit surface, the peer of tactile robotics: the next touch is where the estimated surface is
 // least certain, along its normal, from where that line enters ω, and back there. The mesh is of the process' zero. Nothing rules out that
-// it has holes or parts that the object does not have. CGAL's mesher goes by addresses, so facets differ a little from run to run; probes do
-// not. Takes time as the cube of the probes. Throws what the oracle throws.
+// it has holes or parts that the object does not have. CGAL's mesher goes by addresses, so facets differ a little from run to run; probes
+// do not. Takes time as the cube of the probes. Throws what the oracle throws.
 [[nodiscard]] BaselineResult probe_gaussian_process(SurfaceOracle& oracle, const Surroundings& surroundings, std::uint64_t probes,
                                                     std::uint64_t seed);
 
