@@ -38,9 +38,12 @@ std::vector<std::uint64_t> budgets(std::uint64_t last) {
     return all;
 }
 
+Truth truth_of(const SessionConfig& config, const Scene& scene, const TriangleMesh& mesh) {
+    return measure_truth(scene.object, mesh, TruthSampling{}, config.probing.random_seed);
+}
+
 // What the mesh is worth.
-AnytimePoint judge(AnytimePoint point, const SessionConfig& config, const Scene& scene, const TriangleMesh& mesh) {
-    const Truth truth = measure_truth(scene.object, mesh, TruthSampling{}, config.probing.random_seed);
+AnytimePoint judge(AnytimePoint point, const SessionConfig& config, const Scene& scene, const TriangleMesh& mesh, const Truth& truth) {
     const Topology topology = analyse_topology(mesh);
     point.facets = mesh.triangles.size();
     point.hausdorff = truth.hausdorff;
@@ -77,7 +80,7 @@ AnytimePoint measure_baseline(const std::string& name, const char* method, const
     point.displacement = run.cost.displacement();
     point.unsafe_moves = device.unsafe_moves();
     point.seconds = std::chrono::duration<double>(std::chrono::steady_clock::now() - start).count();
-    return judge(std::move(point), config, scene, run.mesh);
+    return judge(std::move(point), config, scene, run.mesh, truth_of(config, scene, run.mesh));
 }
 
 }  // namespace
@@ -95,7 +98,7 @@ std::vector<AnytimePoint> measure_anytime(const std::string& name, SessionConfig
         SessionConfig bounded = config;
         if (budget) bounded.probing.budget.probes = *budget;
         const Simulation end = simulate(bounded, scene, {});
-        add(judge(cost_of(name, method, end), config, scene, end.result.mesh));
+        add(judge(cost_of(name, method, end), config, scene, end.result.mesh, *end.truth));
         return end.result.cost.probes();
     };
     const std::optional<double> tolerance = std::exchange(config.probing.tolerance, std::nullopt);
@@ -110,7 +113,9 @@ std::vector<AnytimePoint> measure_anytime(const std::string& name, SessionConfig
         config.probing.tolerance = factor * *tolerance;
         const Simulation end = simulate(config, scene, {});
         const std::optional<CurvedSurface> curved = curved_of(end.result, {}, config);
-        add(judge(cost_of(name, "to a tolerance", end), config, scene, curved ? curved->mesh : end.result.mesh));
+        AnytimePoint point = cost_of(name, "to a tolerance", end);
+        add(curved ? judge(std::move(point), config, scene, curved->mesh, truth_of(config, scene, curved->mesh))
+                   : judge(std::move(point), config, scene, end.result.mesh, *end.truth));
         most = std::max(most, end.result.cost.probes());
     }
     std::vector<std::uint64_t> shared = budgets(std::min(most, kMostBaselineProbes));

@@ -6,8 +6,10 @@
 
 #include <Eigen/Geometry>
 #include <algorithm>
+#include <array>
 #include <cmath>
 #include <functional>
+#include <limits>
 #include <map>
 #include <numbers>
 #include <optional>
@@ -87,7 +89,7 @@ private:
     // From each side of every axis first, until the process has seen inside and outside.
     [[nodiscard]] Segment next() {
         expected_.reset();
-        const int made = first_++;
+        const auto made = static_cast<int>(meter_.cost().probes());
         if (made < 6) {
             const Vector out = (made % 2 == 0 ? 1.0 : -1.0) * Vector::Unit(made / 2);
             return chord_through(bound_.center, -out);
@@ -208,7 +210,6 @@ private:
     std::mt19937_64 random_;
     std::vector<Point> touched_;
     std::optional<Point> expected_;  // where the next touch should meet S
-    int first_ = 0;
 };
 
 }  // namespace

@@ -150,7 +150,6 @@ std::vector<ToleranceSearch::Place> ToleranceSearch::draw(const SampledSurface& 
     std::vector<Place> drawn;
     if (!(sum > 0)) return drawn;
     for (std::size_t k = 0; k < count; ++k) {
-        // A standard distribution is not the same everywhere.
         const double at = sum * uniform(random_);
         const auto t = static_cast<std::size_t>(std::ranges::upper_bound(below, at) - below.begin());
         const auto& triangle = mesh.triangles[std::min(t, mesh.triangles.size() - 1)];

@@ -24,7 +24,6 @@ void ProbeInput::set_miss_share(double share, std::uint64_t seed) {
 
 bool ProbeInput::draw_miss() {
     if (std::exchange(miss_next_, false)) return true;
-    // The same on every platform, which std::uniform_real_distribution is not.
     return miss_share_ > 0.0 && uniform(random_) < miss_share_;
 }
 

@@ -25,7 +25,6 @@ std::optional<Seconds> GrblFaults::next_time() const {
     return next;
 }
 
-// The same on every platform, which std::uniform_real_distribution is not.
 double GrblFaults::draw() { return uniform(random_); }
 
 std::optional<double> GrblFaults::draw_spurious() {
