@@ -19,6 +19,13 @@ void append_bytes(std::string& text, std::unsigned_integral auto bits) {
 void append_bytes(std::string& text, double x) { append_bytes(text, std::bit_cast<std::uint64_t>(x)); }
 void append_bytes(std::string& text, float x) { append_bytes(text, std::bit_cast<std::uint32_t>(x)); }
 
+// Surprises tell how good what it states is.
+CurvedSurface stated_as_touched(CurvedSurface surface, const Result& result) {
+    if (!result.deviation) return surface;
+    for (double& uncertainty : surface.uncertainty) uncertainty *= result.deviation->scale;
+    return surface;
+}
+
 }  // namespace
 
 std::optional<CurvedSurface> curved_of(const Result& result, const std::optional<PartResult>& part, const SessionConfig& config) {
@@ -30,11 +37,11 @@ std::optional<CurvedSurface> curved_of(const Result& result, const std::optional
         const double error = config.traits().touch_error;
         TriangleMesh mesh = mesh_within_area(result);
         const std::vector<double> errors(mesh.points.size(), error);
-        return curve({std::move(mesh), errors, {}}, options);
+        return stated_as_touched(curve({std::move(mesh), errors, {}}, options), result);
     }
     TouchedMesh touched{part->surface.mesh, part->surface.uncertainty, {}};
     for (const PartTag tag : part->surface.facet_tags) touched.is_flat.push_back(tag == PartTag::tip ? 0 : 1);
-    return curve(touched, options);
+    return stated_as_touched(curve(touched, options), result);
 }
 
 std::string to_ply(const CurvedSurface& surface, const std::vector<std::string>& comments) {

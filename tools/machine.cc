@@ -1,14 +1,19 @@
 #include "tools/machine.h"
 
 #include <fmt/format.h>
+#include <fmt/ranges.h>
 #include <spdlog/spdlog.h>
 
 #include <algorithm>
 #include <cmath>
 
 #include "config/modbus_profile_reader.h"
-#include "devices/grbl/serial_grbl_machine.h"
+#include "devices/external/external_machine.h"
+#include "devices/grbl/stream_grbl_machine.h"
 #include "devices/modbus/modbus_machine.h"
+#include "devices/posix/child_stream.h"
+#include "devices/posix/serial_port.h"
+#include "devices/posix/tcp_stream.h"
 #include "planner/number_text.h"
 #include "tools/session_plan.h"
 #include "tools/session_surroundings.h"
@@ -17,15 +22,29 @@
 namespace palpate {
 namespace {
 
+// Of a wireless network with something else on it.
+constexpr Seconds kNetworkDelay{0.5};
+
 ModbusProfile profile_of(const ModbusSpec& modbus) {
     return modbus.profile.empty() ? ModbusProfile::standard() : read_modbus_profile(modbus.profile);
 }
 
 void check(const GrblSpec& /*grbl*/) {}
 void check(const ModbusSpec& modbus) { (void)profile_of(modbus); }
+void check(const ExternalSpec& /*external*/) {}
 
 std::unique_ptr<Machine> connect_to(const GrblSpec& grbl, const MachineSettings& settings, const StopToken& stop) {
-    return std::make_unique<SerialGrblMachine>(grbl.port, GrblOptions{settings.motion, settings.origin, settings.homing}, stop);
+    const auto address = grbl.address();
+    const Seconds delay = grbl.delay.value_or(address ? kNetworkDelay : Seconds(0));
+    const GrblOptions options{settings.motion, settings.origin, settings.homing, std::chrono::ceil<std::chrono::milliseconds>(delay),
+                              grbl.boot_time};
+    std::unique_ptr<ByteStream> stream;
+    if (address) {
+        stream = std::make_unique<TcpStream>(*address);
+    } else {
+        stream = std::make_unique<SerialPort>(grbl.port);
+    }
+    return std::make_unique<StreamGrblMachine>(std::move(stream), options, stop);
 }
 
 std::unique_ptr<Machine> connect_to(const ModbusSpec& modbus, const MachineSettings& settings, const StopToken& stop) {
@@ -37,11 +56,27 @@ std::unique_ptr<Machine> connect_to(const ModbusSpec& modbus, const MachineSetti
     return std::make_unique<ModbusMachine>(options, stop);
 }
 
+std::unique_ptr<Machine> connect_to(const ExternalSpec& external, const MachineSettings& settings, const StopToken& stop) {
+    const ExternalOptions options{settings.motion, settings.origin, external.silence, external.slowest_answer};
+    std::unique_ptr<ByteStream> stream;
+    if (external.command.empty()) {
+        stream = std::make_unique<TcpStream>(*parse_tcp_address(fmt::format("{}{}", kTcpScheme, external.address)));
+    } else {
+        stream = std::make_unique<ChildStream>(external.command);
+    }
+    return std::make_unique<ExternalMachine>(std::move(stream), options, stop);
+}
+
 std::string describe_connecting(const GrblSpec& grbl) {
+    if (grbl.address()) {
+        return fmt::format(
+            "connecting to {}; what stays silent is sent a reset (Ctrl-X) twice, as some controllers hear nothing else; up to {} s",
+            grbl.port.path, number_text(grbl.boot_time.count()));
+    }
     return fmt::format(
         "connecting to {}: opening it {} what is on it; what stays silent is sent a reset (Ctrl-X) twice, as some controllers hear nothing "
         "else; up to {} s",
-        grbl.port.path, grbl.port.reset ? "resets" : "may reset", grbl::kBootTime.count());
+        grbl.port.path, grbl.port.reset ? "resets" : "may reset", number_text(grbl.boot_time.count()));
 }
 
 std::string describe_connecting(const ModbusSpec& modbus) {
@@ -49,6 +84,11 @@ std::string describe_connecting(const ModbusSpec& modbus) {
     const std::string where = tcp != nullptr ? fmt::format("{}:{}", tcp->host, tcp->port) : std::get<ModbusRtu>(modbus.link.where).path;
     return fmt::format("connecting to unit {} at {}, whose answers are waited for up to {} s each", modbus.link.unit, where,
                        number_text(modbus.link.answer_timeout.count()));
+}
+
+std::string describe_connecting(const ExternalSpec& external) {
+    return external.command.empty() ? fmt::format("connecting to the program at {}", external.address)
+                                    : fmt::format("starting {}", fmt::join(external.command, " "));
 }
 
 // No more is known of a guess.

@@ -238,17 +238,32 @@ int main(int argc, char** argv) {
         "         palpate setup my_part.yaml --table -60,-60 60,-60 0,60 --box -20,-15,0 20,15,30 --yes\n"
         "Move the tool above everything that stands on the table first: it goes from place to place at that height.");
 
+    ConformanceCommand conformance;
+    CLI::App* const conformance_app = app.add_subcommand(
+        "conformance",
+        "Try on a machine, without a part, whether it and its driver do what a session relies on, and say in words what is wrong");
+    conformance_app->add_option("CONFIG", conformance.config, "Configuration with a machine, YAML")->required();
+    conformance_app->add_option("--reach", conformance.reach, "So far the tool moves from where it stands, mm")->capture_default_str();
+    conformance_app->add_flag("!--no-hand", conformance.hand, "Nobody is there to press the probe: what needs it is not tried");
+    add_yes(conformance_app, conformance.yes);
+    add_overrides(conformance_app, conformance.overrides);
+    conformance_app->footer(
+        "Example: palpate conformance my_machine.yaml --reach 20\n"
+        "Exit code 3 if anything is bad. A program of your own (machine.external) is what it was made for; it goes for every machine.");
+
     CLI::App* const ports_app = app.add_subcommand("ports", "List the serial ports of this computer and what hangs on them");
     ports_app->footer("Example: palpate ports");
 
     VmCommand vm;
     CLI::App* const vm_app = app.add_subcommand("vm", "Run a virtual machine that hides the configuration's object, until Ctrl-C");
     vm_app->add_option("CONFIG", vm.config, "Configuration with an object and a machine, YAML")->required();
-    vm_app->add_option("--grbl", vm.grbl, "A GRBL controller; LINK will lead to its serial port")->type_name("LINK");
+    vm_app->add_option("--grbl", vm.grbl, "A GRBL controller; LINK will lead to its serial port, or tcp://127.0.0.1:PORT")
+        ->type_name("LINK");
     vm_app->add_option("--modbus", vm.modbus, "A Modbus controller on TCP")->type_name("HOST:PORT");
     vm_app->add_option("--modbus-rtu", vm.modbus_rtu, "A Modbus controller on a serial line; LINK will lead to it")->type_name("LINK");
+    vm_app->add_option("--external", vm.external, "A program that drives a machine (machine.external.address)")->type_name("HOST:PORT");
     vm_app->add_option("--dialect", vm.dialect, "Firmware of the GRBL controller")
-        ->check(CLI::IsMember({"grbl", "grblhal"}))
+        ->check(CLI::IsMember({"grbl", "grblhal", "fluidnc"}))
         ->capture_default_str();
     vm_app->add_flag("--locked", vm.locked, "Start in alarm, as after power-on");
     vm_app->add_flag("--fast", vm.fast, "Motion takes no time");
@@ -341,6 +356,8 @@ int main(int argc, char** argv) {
             code = run(calibrate, output);
         } else if (*setup_app) {
             code = run(setup, output);
+        } else if (*conformance_app) {
+            code = run(conformance, output);
         } else if (*ports_app) {
             code = run(PortsCommand{}, output);
         } else if (*vm_app) {

@@ -97,7 +97,13 @@ Json summarise(const Result& r, const std::optional<PartResult>& part, const Pro
         const DeviationEvidence& d = *r.deviation;
         json["tolerance"] = {{"wanted", d.tolerance}, {"foretold", d.foretold}, {"unmet_facets", d.unmet_facets},
                              {"touched", d.touched},  {"audited", d.audited},   {"beyond", d.beyond},
-                             {"barred", d.barred},    {"worst", d.worst}};
+                             {"barred", d.barred},    {"worst", d.worst},       {"scale", d.scale}};
+        Json& reliability = json["tolerance"]["reliability"] = Json::array();
+        for (const StatedDeviation& s : d.stated) {
+            if (s.touched == 0) continue;
+            reliability.push_back({{"stated_above", s.least}, {"touched", s.touched}, {"within", s.within}, {"worst", s.worst}});
+            if (std::isfinite(s.most)) reliability.back()["stated_up_to"] = s.most;
+        }
     }
     if (r.earlier) {
         const EarlierEvidence& e = *r.earlier;

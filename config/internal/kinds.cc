@@ -96,6 +96,19 @@ std::string Text::text(const std::string& field) {
     return result + "\"";
 }
 
+void Texts::read(const Value& node, const Spot& spot, std::vector<std::string>& field) {
+    if (node.kind != Value::Kind::list || node.children.empty()) refuse(node, spot, "is not a list of texts");
+    field.clear();
+    for (const Value& child : node.children) Text::read(child, spot, field.emplace_back());
+}
+
+std::string Texts::text(const std::vector<std::string>& field) {
+    if (field.empty()) return "";
+    std::vector<std::string> quoted;
+    for (const std::string& text : field) quoted.push_back(Text::text(text));
+    return fmt::format("[{}]", fmt::join(quoted, ", "));
+}
+
 void File::read(const Value& node, const Spot& spot, std::filesystem::path& field) {
     std::string name;
     Text::read(node, spot, name);

@@ -204,6 +204,23 @@ struct Text {
     [[nodiscard]] static std::string text(const std::string& field);
 };
 
+// The same; none, no key.
+struct TextOrNone {
+    [[nodiscard]] static std::string type() { return Text::type(); }
+    [[nodiscard]] static std::string range(std::string_view unit) { return Text::range(unit); }
+    static void read(const Value& node, const Spot& spot, std::string& field) { Text::read(node, spot, field); }
+    [[nodiscard]] static std::string text(const std::string& field) { return field.empty() ? "" : Text::text(field); }
+};
+
+// A list of them, as the words of a command.
+struct Texts {
+    [[nodiscard]] static std::string type() { return "list of texts"; }
+    [[nodiscard]] static std::string range(std::string_view /*unit*/) { return "at least one, none of them empty"; }
+    static void read(const Value& node, const Spot& spot, std::vector<std::string>& field);
+    // None, no key.
+    [[nodiscard]] static std::string text(const std::vector<std::string>& field);
+};
+
 // As it stands in the file; whoever knows the file's folder makes it absolute. No name, no key.
 struct File {
     [[nodiscard]] static std::string type() { return Text::type(); }

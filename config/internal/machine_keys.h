@@ -21,6 +21,12 @@ inline constexpr std::array<std::string_view, 3> kParityWords{"none", "even", "o
 inline constexpr std::string_view kParities = "NEO";
 // mm/s: a controller of the GRBL family takes whole mm/min, and here 1 at least.
 inline constexpr Bounds kFeedBounds{0.02};
+// s: a controller that is asked how it is at such a distance is not watched.
+inline constexpr Bounds kDelay{0.0, 5.0};
+// s: several signs of life come within; longer, nobody watches.
+inline constexpr Bounds kSilence{0.3, 5.0};
+// s: below, not even a board that is on would be heard; above, nobody waits.
+inline constexpr Bounds kBootTimes{1.0, 120.0};
 // Less of a retract than that is lost in rounding.
 inline constexpr double kLeastRetract = 5.0;  // resolutions
 inline constexpr Whole kPorts{1, 65535};
@@ -36,12 +42,24 @@ void require_speed(Archive& keys, int baud) {
 
 template <class Archive>
 void describe(Archive& keys, GrblSpec& grbl) {
-    keys.value({"port", "serial port of the controller, such as /dev/ttyUSB0; `palpate ports` lists them", Need::required}, grbl.port.path,
-               Text{});
+    keys.value(
+        {"port", "serial port of the controller, such as /dev/ttyUSB0 (`palpate ports` lists them), or tcp://HOST:PORT", Need::required},
+        grbl.port.path, Text{});
     keys.value({"baud", "its speed"}, grbl.port.baud, kBauds);
     keys.value(
         {"reset_on_open", "whether the board is reset when the port is opened, which frees its motors; false spares it where the port can"},
         grbl.port.reset, kFlag);
+    keys.value({"boot_time",
+                "what a board may need from the opening of its port to its first answer; one that is silent for half of it is sent a reset",
+                Need::optional, kSeconds},
+               grbl.boot_time, Number{kBootTimes});
+    keys.value(
+        {"delay", "what the network may take to carry a question and its answer; null: 0.5 s for tcp://HOST:PORT, 0 s for a serial port",
+         Need::optional, kSeconds},
+        grbl.delay, OrNull{Number{kDelay}});
+    const auto address = grbl.address();
+    keys.require(!is_tcp_address(grbl.port.path) || (address && address->port > 0), "port",
+                 "is no address; allowed: tcp://HOST:PORT, such as tcp://192.168.1.20:23");
     require_speed(keys, grbl.port.baud);
 }
 
@@ -82,6 +100,20 @@ void describe(Archive& keys, ModbusSpec& modbus) {
     keys.value({"profile", "file with the register map, relative to the config file; see devices/README.md", Need::optional, "", "ours"},
                modbus.profile, File{});
     keys.require_one_alternative();
+}
+
+template <class Archive>
+void describe(Archive& keys, ExternalSpec& external) {
+    keys.value({"command", "the program and its arguments, started in the folder that palpate is run in", Need::optional, "", "none"},
+               external.command, Texts{});
+    keys.value({"address", "HOST:PORT, where it listens already", Need::optional, "", "none"}, external.address, TextOrNone{});
+    keys.value({"silence", "a program that is silent for so long in a move is told to stop, and taken for dead", Need::optional, kSeconds},
+               external.silence, Number{kSilence});
+    keys.value({"slowest_answer", "what an answer may take that waits for no motion", Need::optional, kSeconds}, external.slowest_answer,
+               Number{kPositive});
+    keys.require(external.command.empty() != external.address.empty(), "command", "or `address` is needed, and not both");
+    const auto address = parse_tcp_address(fmt::format("{}{}", kTcpScheme, external.address));
+    keys.require(external.address.empty() || (address && address->port > 0), "address", "is no address; allowed: HOST:PORT");
 }
 
 template <class Archive>
@@ -137,11 +169,13 @@ void describe_motion(Archive& keys, MotionModel& motion) {
 
 template <class Archive>
 void describe(Archive& keys, MachineConfig& machine) {
-    alternative<GrblSpec>(keys, {"grbl", "a controller of the GRBL family on a serial port"}, machine.connection);
+    alternative<GrblSpec>(keys, {"grbl", "a controller of the GRBL family on a serial port or on the network"}, machine.connection);
     alternative<ModbusSpec>(keys, {"modbus", "a controller that speaks Modbus"}, machine.connection);
+    alternative<ExternalSpec>(keys, {"external", "a program of your own that drives the machine; devices/external/PROTOCOL.md"},
+                              machine.connection);
     keys.value({"homing",
-                "a machine that is locked or not homed is refused, is homed, or (no switches) is taken to be where it says; with "
-                "machine.modbus: require"},
+                "a machine that is locked or not homed is refused, is homed, or (no switches) is taken to be where it says; without "
+                "machine.grbl: require"},
                machine.homing, Word{kHomingWords});
     keys.value({"origin", "machine coordinates of this configuration's origin", Need::optional, kMillimetres}, machine.origin,
                Triple{Number{kCoordinate}});
@@ -168,8 +202,8 @@ void describe(Archive& keys, MachineConfig& machine) {
     }
     keys.require_one_alternative();
     keys.require(machine.homing == Homing::require || std::holds_alternative<GrblSpec>(machine.connection), "homing",
-                 "is not possible with machine.modbus, whose registers have no command for it; allowed: require; home the machine at its "
-                 "own panel");
+                 "is possible with machine.grbl alone: nothing else has a command for it; allowed: require; home the machine by its own "
+                 "means");
     const std::string problem = stopping_problem(machine.motion);
     keys.require(problem.empty(), "overtravel", fmt::format("is too small: {}; allowed: more than that, or lower machine.feeds", problem));
     keys.require(machine.motion.retract_mm >= kLeastRetract * machine.motion.resolution_mm, "retract",

@@ -1,12 +1,16 @@
 #include "devices/grbl/grbl_controller.h"
 
 #include <fmt/format.h>
+#include <fmt/ranges.h>
 
 #include <algorithm>
+#include <array>
+#include <bit>
 #include <charconv>
 #include <sstream>
 
 #include "devices/errors.h"
+#include "planner/number_text.h"
 
 namespace palpate::grbl {
 namespace {
@@ -130,7 +134,7 @@ std::optional<int> Controller::feed_override() {
 std::string Controller::active_accessories() {
     const auto is_whole = [](const Message& m) { return is_feedback(m, "GC") && accessories_of(std::get<Feedback>(m).text); };
     std::string active;
-    for (const Message& message : ask("$G", is_whole, kAnswerTime)) {
+    for (const Message& message : ask("$G", is_whole)) {
         if (is_whole(message)) active = *accessories_of(std::get<Feedback>(message).text);
     }
     return active;
@@ -156,11 +160,17 @@ void Controller::forget_offset() {
 
 const Point& Controller::work_offset() {
     for (int k = 0; k < 2 * kReportsWithOffset && !is_offset_sure_; ++k) (void)place();
+    if (!is_offset_sure_ && has_reported_) {
+        throw DeviceRefused(0, fmt::format("the machine on {} reports its status, but never the work offset (WCO): its firmware was built "
+                                           "without (REPORT_FIELD_WORK_COORD_OFFSET), and is not supported{}",
+                                           link_.name(), link_.history()));
+    }
     if (!is_offset_sure_) fail_silent("a status report with the work offset (WCO)");
     return *work_offset_;
 }
 
 std::optional<Place> Controller::note(const Status& status) {
+    has_reported_ = true;
     const double unit = unit_mm();
     if (status.offset) note_offset(unit * *status.offset);
     if (status.homed) homed_ = status.homed;
@@ -175,10 +185,50 @@ std::optional<Place> Controller::note(const Status& status) {
     return place;
 }
 
-std::vector<Message> Controller::ask(const std::string& line, const std::function<bool(const Message&)>& is_answer,
-                                     std::chrono::milliseconds timeout) {
+void Controller::require_reports() const {
+    if (identity_.firmware != Firmware::grblhal) return;
+    const auto mask = identity_.number(setting::kReportMask);
+    if (!mask) return;
+    struct Part {
+        unsigned bit;
+        const char* what;
+    };
+    static constexpr std::array<Part, 3> kNeeded = {
+        {{16, "the probe's state (pin state)"}, {32, "the work offset"}, {128, "where a probe touched (probe coordinates)"}}};
+    const auto bits = static_cast<unsigned>(*mask);
+    unsigned wanted = bits;
+    std::vector<std::string> missing;
+    for (const Part& part : kNeeded) {
+        wanted |= part.bit;
+        if ((bits & part.bit) == 0U) missing.push_back(fmt::format("{}, bit {}", part.what, std::countr_zero(part.bit)));
+    }
+    if (missing.empty()) return;
+    throw DeviceRefused(0, fmt::format("the reports of the machine on {} leave out {}: nothing has moved; say $10={} to it, then go on",
+                                       link_.name(), fmt::join(missing, "; "), wanted));
+}
+
+void Controller::fail_unknown() {
+    constexpr const char* kSupported = "Grbl 1.1, grblHAL and FluidNC are supported";
+    const std::string& version = identity_.version;
+    if (version.starts_with("Grbl 0.") || unknown_.starts_with("<Idle,") || unknown_.starts_with("<Alarm,")) {
+        throw DeviceTimeout(fmt::format("what answers on {} is {}, which is older than Grbl 1.1: update the board's firmware; {}{}",
+                                        link_.name(), version.empty() ? "a Grbl" : version, kSupported, link_.history()));
+    }
+    if (!unknown_.empty()) {
+        throw DeviceTimeout(
+            fmt::format("something answers on {}, but not as GRBL does: it says \"{}\"; is it another firmware, another "
+                        "port (palpate ports), is machine.grbl.baud right? {}{}",
+                        link_.name(), unknown_, kSupported, link_.history()));
+    }
+    throw DeviceTimeout(fmt::format(
+        "nothing answers on {} within {} s: is it the right port (palpate ports), is machine.grbl.baud right, is the machine on? "
+        "A board that needs longer to start has machine.grbl.boot_time{}",
+        link_.name(), number_text(std::chrono::duration<double>(boot_time_).count()), link_.history()));
+}
+
+std::vector<Message> Controller::ask(const std::string& line, const std::function<bool(const Message&)>& is_answer) {
     link_.send(line);
-    const auto until = link_.now() + timeout;
+    const auto until = link_.now() + kAnswerTime + delay_;
     std::vector<Message> messages;
     bool answered = false;
     while (const auto message = next(until)) {
@@ -197,7 +247,7 @@ void Controller::fail(const Error& error) {
         state_ = State::lost;
     }
     link_.send("");
-    link_.drain(kQuiet);
+    link_.drain(kQuiet + delay_);
     if (error.code == 9) {
         state_ = State::locked;
         throw DeviceAlarm(0, fmt::format("the machine on {} is locked: home it, then resume{}", link_.name(), link_.history()));
@@ -219,7 +269,7 @@ void Controller::on_alarm(const Alarm& alarm) {
     state_ = State::alarm;
     // The firmware says more: an `ok` for the probing move, a message, a banner.
     const std::string history = link_.history();
-    link_.drain(kQuiet);
+    link_.drain(kQuiet + delay_);
     if (needs_reset(alarm.code)) reset();
     state_ = State::locked;
     const std::string text = fmt::format("ALARM:{} on {}, {}; then resume{}", alarm.code, link_.name(), explain_alarm(alarm.code), history);
@@ -231,18 +281,19 @@ void Controller::on_alarm(const Alarm& alarm) {
 // --- connecting ------------------------------------------------------------------------------------------------------
 
 bool Controller::wait_for_first_status(const StopToken& stop) {
-    const auto until = link_.now() + kBootTime;
+    const auto until = link_.now() + boot_time_;
     while (link_.now() < until) {
         if (stop.stop_requested()) stop_unheard();
         link_.send_realtime(kAskStatus);
-        const auto next_poll = link_.now() + 2 * kPollInterval;
+        const auto next_poll = link_.now() + 2 * kPollInterval + delay_;
         while (const auto message = link_.receive(next_poll)) {
             if (const auto* banner = std::get_if<Banner>(&*message)) identity_.version = banner->version;
+            if (const auto* unknown = std::get_if<Unknown>(&*message)) unknown_ = unknown->text;
             if (is<Status>(*message)) return true;
         }
         // In the trap of its soft limit the controller hears nothing but a reset, and nothing moves there. One is swallowed that comes too
         // early (devices/FACTS.md, "GRBL"): it is sent again, which there is time for once.
-        if (link_.now() > until - kBootTime / 2 && !reset_until_banner(until, stop)) return false;
+        if (link_.now() > until - boot_time_ / 2 && !reset_until_banner(until, stop)) return false;
     }
     return false;
 }
@@ -257,15 +308,18 @@ void Controller::connect(const StopToken& stop) {
     state_ = State::connecting;
     if (!wait_for_first_status(stop)) {
         state_ = State::lost;
-        throw DeviceTimeout(
-            fmt::format("nothing that speaks GRBL answers on {}: is it the right port (palpate ports), is machine.grbl.baud right, is the "
-                        "machine on?{}",
-                        link_.name(), link_.history()));
+        fail_unknown();
     }
     // Lines are heard at a standstill only.
     const std::string state = wait_for_standstill(kLongestMove, stop).state;
     if (state == "Check") {
         throw DeviceRefused(0, fmt::format("the machine on {} is in check mode, in which nothing moves: leave it with $C", link_.name()));
+    }
+    if (state == "Critical") {
+        throw DeviceAlarm(0,
+                          fmt::format("the machine on {} says Critical: it stopped for good, by a limit or an error in its configuration; "
+                                      "see what it says when it starts ($SS), reset it, then go on",
+                                      link_.name()));
     }
     if (state == "Door" || state == "Sleep") {
         throw DeviceAlarm(0, fmt::format("the machine on {} says {}: close the door or wake it, then go on", link_.name(), state));
@@ -274,8 +328,9 @@ void Controller::connect(const StopToken& stop) {
     if (state == "Hold" || state == "Alarm") reset();
     // An error that was never acknowledged would answer everything that follows on grblHAL.
     link_.send("");
-    link_.drain(kQuiet);
+    link_.drain(kQuiet + delay_);
     read_identity();
+    require_reports();
     forget_offset();  // what came until now was in units not known then
     (void)work_offset();
     state_ = place().state == "Alarm" ? State::locked : State::idle;
@@ -283,17 +338,17 @@ void Controller::connect(const StopToken& stop) {
 
 void Controller::read_identity() {
     const auto has_settings = [](const Message& m) { return is<Setting>(m); };
-    for (const Message& message : ask("$$", has_settings, kAnswerTime)) {
+    for (const Message& message : ask("$$", has_settings)) {
         if (const auto* setting = std::get_if<Setting>(&message)) identity_.settings[setting->number] = setting->value;
     }
     link_.expect_decimals(unit_mm() == 1.0 ? kDecimalsOfMillimetres : kDecimalsOfInches);
-    for (const Message& message : ask(
-             "$I", [](const Message& m) { return is_feedback(m, "VER"); }, kAnswerTime)) {
-        if (is_feedback(message, "VER")) {
-            const std::string& version = std::get<Feedback>(message).text;
-            identity_.version =
-                identity_.version.empty() ? fmt::format("Grbl {}", version) : fmt::format("{} ({})", identity_.version, version);
-        }
+    for (const Message& message : ask("$I", [](const Message& m) { return is_feedback(m, "VER"); })) {
+        if (is_feedback(message, "FIRMWARE") && std::get<Feedback>(message).text == "grblHAL") identity_.firmware = Firmware::grblhal;
+        if (!is_feedback(message, "VER")) continue;
+        const std::string& version = std::get<Feedback>(message).text;
+        if (version.find("FluidNC") != std::string::npos) identity_.firmware = Firmware::fluidnc;
+        identity_.version =
+            identity_.version.empty() ? fmt::format("Grbl {}", version) : fmt::format("{} ({})", identity_.version, version);
     }
 }
 
@@ -304,11 +359,13 @@ void Controller::pass_until(std::chrono::nanoseconds until) {
 
 Place Controller::place() {
     pass_until(link_.now());  // a report that was asked for earlier says where the tool was then
-    const auto until = link_.now() + kAnswerTime;
+    // On a network such a report may be under way yet.
+    for (const auto late = link_.now() + delay_; delay_.count() > 0 && link_.unanswered() > 0 && link_.now() < late;) (void)next(late);
+    const auto until = link_.now() + kAnswerTime + delay_;
     while (link_.now() < until) {
         link_.send_realtime(kAskStatus);
         // A report may get lost; an old one that still comes is as good a place to wait for the next.
-        const auto next_poll = link_.now() + kPollInterval;
+        const auto next_poll = link_.now() + kPollInterval + delay_;
         while (const auto message = next(next_poll)) {
             const auto* status = std::get_if<Status>(&*message);
             if (status == nullptr) continue;
@@ -356,7 +413,7 @@ bool Controller::reset_until_banner(std::chrono::nanoseconds until, const StopTo
     // Nothing may be sent before the banner; a reset can be swallowed, and is sent again.
     while (link_.now() < until) {
         link_.send_realtime(kReset);
-        const auto again = link_.now() + kAnswerTime;
+        const auto again = link_.now() + kAnswerTime + delay_;
         while (link_.now() < again) {
             if (stop.stop_requested()) stop_unheard();
             const auto message = link_.receive(std::min(again, link_.now() + kPollInterval));
@@ -371,8 +428,8 @@ void Controller::reset() {
     has_motion_mode_ = true;
     forget_conditions();
     forget_offset();  // a reset ends a shift of it (G92), and goes back to G54
-    if (!reset_until_banner(link_.now() + kBootTime)) fail_silent("the banner after a reset");
-    link_.drain(kQuiet);
+    if (!reset_until_banner(link_.now() + boot_time_)) fail_silent("the banner after a reset");
+    link_.drain(kQuiet + delay_);
 }
 
 void Controller::stop() {
@@ -425,8 +482,7 @@ void Controller::home(const StopToken& stop) {
 }
 
 void Controller::unlock() {
-    (void)ask(
-        "$X", [](const Message& m) { return is_feedback(m, "MSG"); }, kAnswerTime);
+    (void)ask("$X", [](const Message& m) { return is_feedback(m, "MSG"); });
     const Place place = this->place();
     if (place.state == "Alarm") {
         throw DeviceAlarm(0, fmt::format("the machine on {} stays locked after $X{}", link_.name(), link_.history()));
@@ -435,17 +491,22 @@ void Controller::unlock() {
 }
 
 ProbeReport Controller::last_probe() {
-    for (const Message& message : ask(
-             "$#", [](const Message& m) { return is<ProbeReport>(m); }, kAnswerTime)) {
+    // FluidNC says nothing of it before the first; a damaged line is no reason to think so.
+    const bool may_have_none = identity_.firmware == Firmware::fluidnc;
+    const auto is_last = [&](const Message& m) { return is<ProbeReport>(m) || (may_have_none && is_feedback(m, "TLO")); };
+    bool is_whole = true;
+    for (const Message& message : ask("$#", is_last)) {
         if (const auto* report = std::get_if<ProbeReport>(&message)) return {unit_mm() * report->position, report->contact};
+        is_whole = is_whole && !is<Unknown>(message);
     }
+    if (may_have_none && is_whole) return {};
     fail_silent("the answer to $#");
 }
 
 void Controller::clear_motion_mode() {
     link_.send("G80");
     const auto is_cleared = [](const Message& m) { return is_feedback(m, "GC") && std::get<Feedback>(m).text.starts_with("G80 "); };
-    (void)ask("$G", is_cleared, kAnswerTime);
+    (void)ask("$G", is_cleared);
     has_motion_mode_ = false;
 }
 

@@ -40,11 +40,14 @@ inline constexpr int kMaxTravel = 130;     // mm
 
 // A board that opening its port has reset is deaf while its boot loader waits. What has been silent for half of that is sent a reset, twice
 // at most; what is silent for all of it is no controller.
-inline constexpr std::chrono::seconds kBootTime{8};
+inline constexpr Seconds kBootTime{8};
+
+enum class Firmware { grbl, grblhal, fluidnc };
 
 // What the machine says of itself.
 struct Identity {
-    std::string version;                  // "1.1h.20190825:" as $I has it, or the banner's
+    std::string version;  // "1.1h.20190825:" as $I has it, or the banner's
+    Firmware firmware = Firmware::grbl;
     std::map<int, std::string> settings;  // $$
     [[nodiscard]] std::optional<double> number(int setting) const;
 };
@@ -69,8 +72,9 @@ struct Conditions {
 // if the machine started anew.
 class Controller {
 public:
-    // `stream` and `clock` must outlive it.
-    Controller(ByteStream& stream, Clock& clock) : link_(stream, clock) {}
+    // `stream` and `clock` must outlive it. `delay`: what an answer may take beyond what the controller itself needs, as on a network.
+    Controller(ByteStream& stream, Clock& clock, std::chrono::milliseconds delay = {}, Seconds boot_time = kBootTime)
+        : link_(stream, clock), delay_(delay), boot_time_(to_nanoseconds(boot_time)) {}
 
     // Waits for the controller to answer, for a motion that an earlier host began to end, and reads all it says of itself. Moves nothing.
     // Throws Stopped once `stop` is requested; what moves is stopped.
@@ -103,6 +107,7 @@ public:
     [[nodiscard]] State state() const { return state_; }
     [[nodiscard]] const Identity& identity() const { return identity_; }
     [[nodiscard]] Link& link() { return link_; }
+    [[nodiscard]] std::chrono::milliseconds delay() const { return delay_; }
     // From the units of reports to mm.
     [[nodiscard]] double unit_mm() const;
 
@@ -125,10 +130,13 @@ public:
 private:
     // Sends a line and collects what comes until the `ok` that follows the first message that `is_answer`: an `ok` without that is
     // an older command's.
-    std::vector<Message> ask(const std::string& line, const std::function<bool(const Message&)>& is_answer,
-                             std::chrono::milliseconds timeout);
+    std::vector<Message> ask(const std::string& line, const std::function<bool(const Message&)>& is_answer);
     [[nodiscard]] bool wait_for_first_status(const StopToken& stop);
+    // Throws DeviceTimeout: of what is no controller that is known here.
+    [[noreturn]] void fail_unknown();
     void read_identity();
+    // Throws DeviceRefused if reports leave out what a session needs.
+    void require_reports() const;
     void clear_motion_mode();
     [[nodiscard]] Place wait_for_standstill(std::chrono::nanoseconds longest, const StopToken& stop = {});
     void reset();
@@ -142,11 +150,15 @@ private:
     [[noreturn]] void on_alarm(const Alarm& alarm);
 
     Link link_;
+    const std::chrono::milliseconds delay_;
+    const std::chrono::nanoseconds boot_time_;
+    std::string unknown_;  // the last line that was none of a controller's, while connecting
     State state_ = State::connecting;
     Identity identity_;
     std::optional<Point> work_offset_;
     std::optional<Point> doubtful_offset_;  // another one, told once
     bool is_offset_sure_ = false;           // told twice
+    bool has_reported_ = false;             // its status, readably
     std::optional<bool> homed_;
     Conditions conditions_;
     bool has_motion_mode_ = true;  // one that an axis word alone would move with, for all that is known

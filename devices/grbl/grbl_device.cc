@@ -66,7 +66,7 @@ std::string probe_line(const std::string& word, const Point& work, double feed_m
 }  // namespace
 
 GrblDevice::GrblDevice(ByteStream& stream, Clock& clock, const GrblOptions& options, StopToken stop)
-    : controller_(stream, clock), options_(options), stop_(std::move(stop)) {
+    : controller_(stream, clock, options.delay, options.boot_time), options_(options), stop_(std::move(stop)) {
     require_stopping(options_.motion);
     controller_.connect(stop_);
     position_ = controller_.resting_place().position;
@@ -242,7 +242,7 @@ GrblDevice::ProbeEnd GrblDevice::run_probe(const std::string& word, const Point&
     slow_down_disturbed();
     if (!last_) last_ = controller_.last_probe();
     const Seconds expected = move_duration(options_.motion, way.length, feed_mm_per_s);
-    const auto longest = std::chrono::duration_cast<std::chrono::nanoseconds>(kPatience * expected) + kMoreTime;
+    const auto longest = std::chrono::duration_cast<std::chrono::nanoseconds>(kPatience * expected) + kMoreTime + options_.delay;
     for (const bool again : {false, true}) {
         controller_.begin(probe_line(word, target - controller_.work_offset(), feed_mm_per_s));
         std::optional<ProbeEnd> end = wait_for_end(way, longest, on_stop);
@@ -262,6 +262,8 @@ std::optional<GrblDevice::ProbeEnd> GrblDevice::wait_for_end(const Way& way, std
     const auto begun = now();
     auto until = begun + longest;
     const auto interval = on_stop == OnStop::go_back ? kPollInterval : kPollIntervalOnSurface;
+    // Only one question is under way, unless it or its answer got lost.
+    const auto interval_unanswered = interval + options_.delay;
     auto poll = now() + interval;
     auto heard = now();
     std::optional<std::chrono::nanoseconds> unanswered_since;
@@ -281,7 +283,8 @@ std::optional<GrblDevice::ProbeEnd> GrblDevice::wait_for_end(const Way& way, std
         if (feed_override < kFullFeed) until = std::max(until, begun + longest * kFullFeed / feed_override);
         const auto message = controller_.next(poll);
         if (!message) {
-            if (unanswered_since && now() - *unanswered_since > kSilence) controller_.fail_silent("the end of a probing move");
+            if (unanswered_since && now() - *unanswered_since > kSilence + options_.delay)
+                controller_.fail_silent("the end of a probing move");
             // What it says now counts, not that this process may have been stopped for long.
             if (now() > until && heard > until) {
                 controller_.stop();
@@ -293,10 +296,11 @@ std::optional<GrblDevice::ProbeEnd> GrblDevice::wait_for_end(const Way& way, std
             }
             controller_.link().send_realtime(grbl::kAskStatus);
             if (!unanswered_since) unanswered_since = now();
-            poll = now() + interval;
+            poll = now() + interval_unanswered;
             continue;
         }
         heard = now();
+        if (unanswered_since && std::holds_alternative<grbl::Status>(*message)) poll = std::min(poll, heard + interval);
         unanswered_since.reset();
         if (const auto* error = std::get_if<grbl::Error>(&*message)) controller_.fail(*error);
         if (const auto* seen = std::get_if<ProbeReport>(&*message)) {
@@ -305,9 +309,9 @@ std::optional<GrblDevice::ProbeEnd> GrblDevice::wait_for_end(const Way& way, std
         // An `ok` before any report is an older command's.
         if (std::holds_alternative<grbl::Ok>(*message) && report) {
             Place place = controller_.place();
-            if (place.state == "Idle" && now() - begun < kParsing && (place.position - way.start).norm() <= tolerance()) {
+            if (place.state == "Idle" && now() - begun < kParsing + options_.delay && (place.position - way.start).norm() <= tolerance()) {
                 // Before it begins to move, the machine is idle, too.
-                controller_.pass_until(begun + kParsing);
+                controller_.pass_until(begun + kParsing + options_.delay);
                 place = controller_.place();
                 if (place.state == "Idle") report = controller_.last_probe();
             }
@@ -318,14 +322,14 @@ std::optional<GrblDevice::ProbeEnd> GrblDevice::wait_for_end(const Way& way, std
         const auto* status = std::get_if<grbl::Status>(&*message);
         const auto place = status != nullptr ? controller_.note(*status) : std::nullopt;
         if (!place) continue;
-        if (place->state == "Alarm" || place->state == "Check") fail_state(place->state);
+        if (place->state == "Alarm" || place->state == "Critical" || place->state == "Check") fail_state(place->state);
         if (place->state == "Hold" || place->state == "Door") until = now() + longest;  // the operator's doing; it may go on
         if (place->state != "Idle") {
             stands_since.reset();
             if (is_off(way, *place)) stop_off_way(way);
         } else if (!stands_since) {
             stands_since = now();
-        } else if (now() - *stands_since > kAnswerTime) {
+        } else if (now() - *stands_since > kAnswerTime + options_.delay) {
             return std::nullopt;
         }
     }
@@ -401,26 +405,12 @@ void GrblDevice::check_again(const ProbeEnd& end, double feed_mm_per_s) {
 }
 
 std::string GrblDevice::problem_of(const ProbeEnd& end, const Way& way) const {
-    const double tolerance = this->tolerance();
     const Point& reported = end.report.position;
-    const Point& rest = end.place.position;
-    if (!end.report.contact) {
-        if ((reported - way.target).norm() > tolerance) {
-            return fmt::format("reports no contact and an end at {}, which is not the target", point_text(reported));
-        }
-        if ((rest - way.target).norm() > tolerance)
-            return fmt::format("reports no contact, but rests at {}, which is not the target", point_text(rest));
-        return {};
+    if (end.report.contact) return palpate::problem_of({reported, end.place.position}, way, tolerance());
+    if ((reported - way.target).norm() > tolerance()) {
+        return fmt::format("reports no contact and an end at {}, which is not the target", point_text(reported));
     }
-    const std::string contact = point_text(reported);
-    if (way.distance_to(reported) > tolerance) return fmt::format("reports a contact at {}, which is not on its way", contact);
-    if (way.distance_to(rest) > tolerance) {
-        return fmt::format("reports a contact at {}, but rests at {}, which is not on its way", contact, point_text(rest));
-    }
-    if (way.place_of(rest) < way.place_of(reported) - tolerance) {
-        return fmt::format("reports a contact at {}, but rests before it, at {}", contact, point_text(rest));
-    }
-    return {};
+    return palpate::problem_of({{}, end.place.position}, way, tolerance());
 }
 
 void GrblDevice::check_answer(ProbeEnd& end, const Way& way, double feed_mm_per_s) {

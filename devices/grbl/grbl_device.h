@@ -1,6 +1,7 @@
 // The ProbeDevice on a GRBL-family controller: guarded moves by G38.3, nothing else ever moves but homing.
 #pragma once
 
+#include <chrono>
 #include <string>
 
 #include "devices/grbl/grbl_controller.h"
@@ -17,6 +18,8 @@ struct GrblOptions {
     MotionModel motion;
     Point origin = Point::Zero();  // mm, machine coordinates: where Palpate's coordinates have their origin
     Homing homing = Homing::require;
+    std::chrono::milliseconds delay{0};   // what an answer may take beyond what the controller itself needs, as on a network
+    Seconds boot_time = grbl::kBootTime;  // from the opening of a port that resets the board to its first answer
 };
 
 // Positions are Palpate's: the machine's less the origin. The contact is what the controller latched ([PRB:…:1]), never where it

@@ -33,6 +33,7 @@ void Link::send(const std::string& line) {
 
 void Link::send_realtime(char byte) {
     remember('>', byte == kReset ? "Ctrl-X" : byte == kFeedOverrideTo100 ? "0x90 (feed override to 100 %)" : std::string(1, byte));
+    if (byte == kAskStatus) ++unanswered_;
     stream_.write({&byte, 1});
 }
 
@@ -41,7 +42,9 @@ std::optional<Message> Link::receive(std::chrono::nanoseconds until) {
     while (true) {
         if (const auto line = buffer_.next()) {
             remember('<', *line);
-            return parse(*line, decimals_);
+            Message message = parse(*line, decimals_);
+            if (std::holds_alternative<Status>(message)) unanswered_ = std::max(unanswered_ - 1, 0);
+            return message;
         }
         // Also when it is late: what waits was said in time, while this process was stopped perhaps.
         const auto now = clock_.now();
@@ -57,6 +60,7 @@ void Link::drain(std::chrono::milliseconds quiet) {
     const auto until = now() + kFlood;
     while (now() < until && receive(now() + quiet)) {
     }
+    unanswered_ = 0;
 }
 
 std::string Link::history() const {

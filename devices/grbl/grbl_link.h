@@ -26,6 +26,8 @@ public:
     void send_realtime(char byte);
     // The next line, waiting for it until then; nothing if none came, or if lines have come without end since then.
     [[nodiscard]] std::optional<Message> receive(std::chrono::nanoseconds until);
+    // Status reports that were asked for and have not come, as far as that can be known.
+    [[nodiscard]] int unanswered() const { return unanswered_; }
     // Throws away all that has come, and all that comes until the line is quiet for that long, or for a second.
     void drain(std::chrono::milliseconds quiet);
 
@@ -43,6 +45,7 @@ private:
     ByteStream& stream_;
     Clock& clock_;
     LineBuffer buffer_;
+    int unanswered_ = 0;
     std::deque<std::string> history_;
     std::optional<std::size_t> decimals_;
 };

@@ -76,8 +76,8 @@ std::string running_of(std::string_view accessories) {
 Message parse_status(std::string_view line, std::optional<std::size_t> decimals) {
     const Unknown damaged{std::string(line)};
     const auto fields = split(line.substr(1, line.size() - 2), '|');
-    static constexpr std::array<std::string_view, 10> kStates = {"Idle", "Run",   "Hold",  "Alarm", "Home",
-                                                                 "Jog",  "Check", "Sleep", "Door",  "Tool"};
+    static constexpr std::array<std::string_view, 11> kStates = {"Idle",  "Run",   "Hold", "Alarm", "Home",    "Jog",
+                                                                 "Check", "Sleep", "Door", "Tool",  "Critical"};
     Status status;
     const auto state = split(fields[0], ':');
     if (std::find(kStates.begin(), kStates.end(), state[0]) == kStates.end()) return damaged;
@@ -142,8 +142,10 @@ std::optional<Point> parse_coordinates(std::string_view text, std::optional<std:
 }
 
 Message parse(std::string_view line, std::optional<std::size_t> decimals) {
+    // Bridges, of Bluetooth above all, pad lines and write them in capitals.
+    while (!line.empty() && (line.back() == ' ' || line.back() == '\t')) line.remove_suffix(1);
     const Unknown unknown{std::string(line)};
-    if (line == "ok") return Ok{};
+    if (line == "ok" || line == "OK") return Ok{};
     if (line.starts_with("error:") || line.starts_with("ALARM:")) {
         const auto code = parse_int(line.substr(6));
         if (!code) return unknown;
@@ -187,8 +189,14 @@ std::optional<std::string> LineBuffer::next() {
 
 std::string explain_error(int code) {
     static constexpr std::array<Meaning, 13> kMeanings = {{
-        {1, "a command without a letter: bytes were lost on the line; check the cable"},
-        {2, "a number that cannot be read: bytes were lost on the line; check the cable"},
+        {1,
+         "a command without a letter: bytes were lost on the line, or another program wrote to it, as ModemManager does to a port that is "
+         "new "
+         "(a udev rule with ENV{ID_MM_DEVICE_IGNORE}=\"1\" ends that); check the cable"},
+        {2,
+         "a number that cannot be read: bytes were lost on the line, or another program wrote to it, as ModemManager does to a port that "
+         "is new "
+         "(a udev rule with ENV{ID_MM_DEVICE_IGNORE}=\"1\" ends that); check the cable"},
         {8, "not idle: something else moves the machine; stop it"},
         {9, "locked: home the machine, or unlock it with $X if its position is right"},
         {11, "a line too long: bytes were lost on the line; check the cable"},

@@ -28,7 +28,7 @@ struct ProbeReport {
 };
 // "<Idle|MPos:…|…>".
 struct Status {
-    std::string state;             // "Idle", "Run", "Hold", "Alarm", "Home", "Jog", "Door", "Check", "Sleep", "Tool"
+    std::string state;             // "Idle", "Run", "Hold", "Alarm", "Home", "Jog", "Door", "Check", "Sleep", "Tool", "Critical" (FluidNC)
     std::optional<int> substate;   // "Hold:0"
     std::optional<Point> machine;  // MPos, in the units of reports
     std::optional<Point> work;     // WPos

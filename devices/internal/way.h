@@ -2,6 +2,8 @@
 #pragma once
 
 #include <algorithm>
+#include <optional>
+#include <string>
 
 #include "planner/geometry.h"
 
@@ -23,5 +25,15 @@ struct Way {
     double length;  // mm, > 0
     Vector direction;
 };
+
+// Where a guarded move is said to have ended, in the coordinates of its way.
+struct WayEnd {
+    std::optional<Point> touched{};  // nothing: at the target
+    Point rest = Point::Zero();
+};
+
+// What of that cannot be true, as "reports a contact at ..., which is not on its way"; empty: nothing. `tolerance`: mm, how exactly the
+// machine can say where it is.
+[[nodiscard]] std::string problem_of(const WayEnd& end, const Way& way, double tolerance);
 
 }  // namespace palpate

@@ -14,7 +14,7 @@
 #include <utility>
 
 #include "devices/errors.h"
-#include "devices/modbus/internal/modbus_lock.h"
+#include "devices/posix/machine_lock.h"
 #include "devices/posix/serial_port.h"
 
 namespace palpate {
@@ -82,7 +82,7 @@ Seconds frame_gap(const ModbusLinkOptions& options) {
 }  // namespace
 
 struct ModbusLink::Connection {
-    ModbusLock lock;  // taken first, given back last
+    MachineLock lock;  // taken first, given back last
     Context context;
 };
 
@@ -95,7 +95,7 @@ ModbusLink::~ModbusLink() = default;
 
 void ModbusLink::connect() {
     connection_.reset();
-    const auto open = [&](ModbusLock lock, modbus_t* made) -> bool {
+    const auto open = [&](MachineLock lock, modbus_t* made) -> bool {
         auto next = std::make_unique<Connection>(Connection{std::move(lock), Context(made)});
         if (made == nullptr) return false;
         const auto micros = std::chrono::duration_cast<std::chrono::microseconds>(options_.answer_timeout).count();
@@ -108,13 +108,13 @@ void ModbusLink::connect() {
     };
     int error = 0;
     if (const auto* rtu = std::get_if<ModbusRtu>(&options_.where)) {
-        ModbusLock lock = ModbusLock::of_device(rtu->path);
+        MachineLock lock = MachineLock::of_device(rtu->path);
         if (open(std::move(lock), modbus_new_rtu(rtu->path.c_str(), rtu->baud, rtu->parity, 8, rtu->stop_bits))) return;
         error = errno;
     } else {
         const auto& tcp = std::get<ModbusTcp>(options_.where);
         for (const std::string& number : addresses_of(tcp)) {
-            ModbusLock lock = ModbusLock::of_peer(number, tcp.port);
+            MachineLock lock = MachineLock::of_peer(number, tcp.port);
             if (open(std::move(lock), modbus_new_tcp_pi(number.c_str(), std::to_string(tcp.port).c_str()))) return;
             error = errno;
         }

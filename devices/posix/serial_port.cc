@@ -3,7 +3,6 @@
 #include <fcntl.h>
 #include <fmt/format.h>
 #include <fmt/ranges.h>
-#include <poll.h>
 #include <sys/file.h>
 #include <sys/ioctl.h>
 #include <termios.h>
@@ -24,8 +23,6 @@ using namespace std::chrono_literals;
 
 // DTR has to be low that long for a board's reset to notice.
 constexpr auto kResetPulse = 50ms;
-// A port that takes no byte for so long is dead: at 9600 baud the largest kernel buffer is through in 5 s.
-constexpr int kWriteTimeout_ms = 5000;
 
 struct Speed {
     int baud;
@@ -78,25 +75,20 @@ std::string serial_speeds() {
     return fmt::format("{}", fmt::join(bauds, ", "));
 }
 
-SerialPort::SerialPort(const SerialPortOptions& options) : path_(options.path) {
-    file_ = ::open(path_.c_str(), O_RDWR | O_NOCTTY | O_NONBLOCK | O_CLOEXEC);
-    if (file_ < 0) throw DeviceError(fmt::format("{}: cannot be opened: {}", path_, advice(errno)));
-    try {
-        lock();
-        configure(options);
-    } catch (...) {
-        ::close(file_);
-        throw;
-    }
+SerialPort::SerialPort(const SerialPortOptions& options) : DescriptorStream(options.path) {
+    file_ = ::open(options.path.c_str(), O_RDWR | O_NOCTTY | O_NONBLOCK | O_CLOEXEC);
+    if (file_ < 0) throw DeviceError(fmt::format("{}: cannot be opened: {}", name(), advice(errno)));
+    lock();
+    configure(options);
 }
 
-SerialPort::~SerialPort() { ::close(file_); }
+ssize_t SerialPort::put(std::string_view bytes) { return ::write(file_, bytes.data(), bytes.size()); }
 
 void SerialPort::lock() const {
     // TIOCEXCL keeps out other programs, but not those of root; flock keeps out other Palpates, whoever runs them.
     if (::flock(file_, LOCK_EX | LOCK_NB) != 0) {
         throw DeviceError(
-            fmt::format("{}: is in use by another process; one machine takes one session at a time: end the other first", path_));
+            fmt::format("{}: is in use by another process; one machine takes one session at a time: end the other first", name()));
     }
     ::ioctl(file_, TIOCEXCL);
 }
@@ -104,7 +96,7 @@ void SerialPort::lock() const {
 void SerialPort::configure(const SerialPortOptions& options) const {
     termios settings{};
     if (::tcgetattr(file_, &settings) != 0) {
-        throw DeviceError(fmt::format("{}: is no serial port; `palpate ports` lists those that there are", path_));
+        throw DeviceError(fmt::format("{}: is no serial port; `palpate ports` lists those that there are", name()));
     }
     ::cfmakeraw(&settings);
     settings.c_cflag |= CLOCAL | CREAD;
@@ -118,10 +110,10 @@ void SerialPort::configure(const SerialPortOptions& options) const {
     settings.c_cc[VTIME] = 0;
     const Speed* const speed = find_speed(options.baud);
     if (speed == nullptr) {
-        throw DeviceError(fmt::format("{}: {} baud is no speed of serial ports; allowed: {}", path_, options.baud, serial_speeds()));
+        throw DeviceError(fmt::format("{}: {} baud is no speed of serial ports; allowed: {}", name(), options.baud, serial_speeds()));
     }
     if (::cfsetspeed(&settings, speed->code) != 0 || ::tcsetattr(file_, TCSANOW, &settings) != 0) {
-        throw DeviceError(fmt::format("{}: does not take {} baud: {}", path_, options.baud, reason(errno)));
+        throw DeviceError(fmt::format("{}: does not take {} baud: {}", name(), options.baud, reason(errno)));
     }
     if (options.reset) {
         // A pseudo-terminal has no such lines, and nothing to reset.
@@ -134,36 +126,8 @@ void SerialPort::configure(const SerialPortOptions& options) const {
     ::tcflush(file_, TCIOFLUSH);
 }
 
-void SerialPort::fail_lost(const std::string& what) const {
-    throw ConnectionLost(fmt::format("{}: the connection is lost ({}): plug it in again, check the machine, then resume", path_, what));
-}
-
-std::string SerialPort::read(std::chrono::milliseconds timeout) {
-    pollfd waiting{file_, POLLIN, 0};
-    const int ready = ::poll(&waiting, 1, static_cast<int>(timeout.count()));
-    if (ready < 0 && errno != EINTR) fail_lost(reason(errno));
-    if (ready <= 0) return {};
-    std::array<char, 1024> bytes{};
-    const ssize_t count = ::read(file_, bytes.data(), bytes.size());
-    if (count > 0) return {bytes.data(), static_cast<std::size_t>(count)};
-    if (count < 0 && (errno == EAGAIN || errno == EINTR)) return {};
-    fail_lost(count == 0 ? "end of file" : reason(errno));
-}
-
-void SerialPort::write(std::string_view bytes) {
-    while (!bytes.empty()) {
-        const ssize_t count = ::write(file_, bytes.data(), bytes.size());
-        if (count > 0) {
-            bytes.remove_prefix(static_cast<std::size_t>(count));
-            continue;
-        }
-        if (count < 0 && errno == EINTR) continue;
-        if (count < 0 && errno != EAGAIN) fail_lost(reason(errno));
-        pollfd waiting{file_, POLLOUT, 0};
-        const int ready = ::poll(&waiting, 1, kWriteTimeout_ms);
-        if (ready == 0) fail_lost("it takes no more bytes");
-        if (ready < 0 && errno != EINTR) fail_lost(reason(errno));
-    }
+ConnectionLost SerialPort::lost(const std::string& what) const {
+    return ConnectionLost(fmt::format("{}: the connection is lost ({}): plug it in again, check the machine, then resume", name(), what));
 }
 
 }  // namespace palpate

@@ -2,8 +2,9 @@
 #pragma once
 
 #include <string>
+#include <string_view>
 
-#include "devices/byte_stream.h"
+#include "devices/posix/descriptor_stream.h"
 
 namespace palpate {
 
@@ -19,28 +20,19 @@ struct SerialPortOptions {
 [[nodiscard]] bool is_serial_speed(int baud);
 [[nodiscard]] std::string serial_speeds();
 
-class SerialPort final : public ByteStream {
+class SerialPort final : public DescriptorStream {
 public:
     // Throws DeviceError, which names the port and what to do: it is not there, may not be used, is in use, is no serial port, or
     // does not know that speed.
     explicit SerialPort(const SerialPortOptions& options);
-    ~SerialPort() override;
-    SerialPort(const SerialPort&) = delete;
-    SerialPort& operator=(const SerialPort&) = delete;
-    SerialPort(SerialPort&&) = delete;
-    SerialPort& operator=(SerialPort&&) = delete;
-
-    [[nodiscard]] std::string read(std::chrono::milliseconds timeout) override;
-    void write(std::string_view bytes) override;
-    [[nodiscard]] std::string name() const override { return path_; }
 
 private:
+    [[nodiscard]] ssize_t put(std::string_view bytes) override;
+    [[nodiscard]] ConnectionLost lost(const std::string& what) const override;
+    [[nodiscard]] const char* end_of_file() const override { return "end of file"; }
+
     void lock() const;
     void configure(const SerialPortOptions& options) const;
-    [[noreturn]] void fail_lost(const std::string& what) const;
-
-    std::string path_;
-    int file_ = -1;
 };
 
 }  // namespace palpate

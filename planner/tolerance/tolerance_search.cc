@@ -25,6 +25,8 @@ constexpr std::size_t kLeast = 20;
 constexpr double kShare = 0.95;  // of them are to be within what is stated
 constexpr double kLeastScale = 0.15;
 constexpr double kGreatestScale = 4.0;
+// Of the tolerance: what is told apart of what was stated.
+constexpr std::array<double, 5> kStatedUpTo = {0.25, 0.5, 1, 2, std::numeric_limits<double>::infinity()};
 
 double area(const TriangleMesh& mesh, const std::array<std::uint32_t, 3>& t) {
     return (mesh.points[t[1]] - mesh.points[t[0]]).cross(mesh.points[t[2]] - mesh.points[t[0]]).norm() / 2;
@@ -46,6 +48,19 @@ struct ToleranceSearch::FineSurface {
 
 ToleranceSearch::ToleranceSearch(const Options& options) : options_(options), random_(options.random_seed) {
     evidence_.tolerance = options.tolerance;
+    double least = 0;
+    for (std::size_t k = 0; k < kStatedUpTo.size(); ++k) {
+        evidence_.stated.at(k).least = least;
+        evidence_.stated.at(k).most = least = kStatedUpTo.at(k) * options.tolerance;
+    }
+}
+
+void ToleranceSearch::compare(double off, double stated) {
+    if (!(stated > 0)) return;
+    StatedDeviation& as_stated = *std::ranges::find_if(evidence_.stated, [&](const StatedDeviation& s) { return stated <= s.most; });
+    ++as_stated.touched;
+    as_stated.within += off <= stated + options_.touch_error ? 1 : 0;
+    as_stated.worst = std::max(as_stated.worst, off);
 }
 
 ToleranceSearch::FineSurface ToleranceSearch::curved(const SampledSurface& surface) const {
@@ -102,7 +117,7 @@ std::vector<ToleranceSearch::Place> ToleranceSearch::places(const SampledSurface
     evidence_.foretold = 0;
     evidence_.unmet_facets = 0;
     const FineSurface fine = curved(surface);
-    const double scale = this->scale();
+    const double scale = evidence_.scale = this->scale();
     std::vector<Place> places;
     for (std::uint32_t f = 0; f < surface.mesh.triangles.size(); ++f) {
         if (!surface.is_known.empty() && surface.is_known[f] != 0) continue;
@@ -168,7 +183,9 @@ void ToleranceSearch::note(const Place& place, const std::optional<Point>& met, 
         in_vain_.push_back(place.at);
     }
     if (!met || !(place.stated > 0)) return;
-    surprises_.push_back(std::abs((*met - place.at).dot(place.normal)) / place.stated);
+    const double off = std::abs((*met - place.at).dot(place.normal));
+    compare(off, scale() * place.stated);
+    surprises_.push_back(off / place.stated);
     if (surprises_.size() > kRemembered) surprises_.pop_front();
 }
 
@@ -181,6 +198,7 @@ void ToleranceSearch::note_audit(const Place& place, const std::optional<Point>&
     ++evidence_.audited;
     evidence_.beyond += off > options_.tolerance + options_.touch_error ? 1 : 0;
     evidence_.worst = std::max(evidence_.worst, off);
+    compare(off, scale() * place.stated);
 }
 
 }  // namespace palpate

@@ -70,6 +70,8 @@ private:
     [[nodiscard]] double scale() const;
     // The same facet's place at its ball's centre, along its dual edge.
     [[nodiscard]] Place centre(const SampledSurface& surface, std::uint32_t facet, Place place) const;
+    // S was met so far (mm) from a place of which that much was stated, surprises so far included.
+    void compare(double off, double stated);
     [[nodiscard]] static bool is_near(const std::vector<Point>& points, const Place& place);
 
     const Options options_;

@@ -6,31 +6,29 @@
 #include <string>
 #include <string_view>
 
+#include "sim/machines/client_end.h"
+
 namespace palpate {
 
 // Raw: no echo, no line editing. Nothing here waits. Closing it hangs up: the client sees the end of the file, or EIO.
-class PseudoTerminal {
+class PseudoTerminal final : public ClientEnd {
 public:
     // `link`, if not empty, becomes a symbolic link to the client's end and is removed at the end; one that is there is replaced.
     // Throws ConnectionLost (devices/errors.h) if the system has no pseudo-terminal to give, or `link` is something else than a link.
     explicit PseudoTerminal(std::filesystem::path link = {});
-    ~PseudoTerminal();
+    ~PseudoTerminal() override;
     PseudoTerminal(const PseudoTerminal&) = delete;
     PseudoTerminal& operator=(const PseudoTerminal&) = delete;
+    PseudoTerminal(PseudoTerminal&&) = delete;
+    PseudoTerminal& operator=(PseudoTerminal&&) = delete;
 
-    [[nodiscard]] const std::string& client_path() const { return client_path_; }
-    // For poll: bytes may have come, or the client has gone; somebody has opened the client's end.
-    [[nodiscard]] int descriptor() const { return descriptor_; }
-    [[nodiscard]] int openings_descriptor() const { return openings_; }
-
-    // False until a client opens its end, and after the last one has closed it.
-    [[nodiscard]] bool has_client() const;
-    // Has somebody opened it since this was asked last? What a client writes is never read before its opening can be seen here.
-    [[nodiscard]] bool take_openings();
-    // What has come. Empty if that is nothing, or nobody is there.
-    [[nodiscard]] std::string read();
-    // How many of the bytes were taken: fewer if the client does not read, none if nobody is there.
-    [[nodiscard]] std::size_t write(std::string_view bytes);
+    [[nodiscard]] std::string client_path() const override { return client_path_; }
+    [[nodiscard]] int descriptor() const override { return descriptor_; }
+    [[nodiscard]] int openings_descriptor() const override { return openings_; }
+    [[nodiscard]] bool has_client() const override;
+    [[nodiscard]] bool take_openings() override;
+    [[nodiscard]] std::string read() override;
+    [[nodiscard]] std::size_t write(std::string_view bytes) override;
 
 private:
     void make_client_raw();

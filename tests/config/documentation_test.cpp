@@ -71,6 +71,8 @@ TEST(Documentation, ExamplesOfMachinesAreRead) {
         EXPECT_TRUE(config.object) << "so that `palpate vm` can imitate it: " << name;
         EXPECT_GT(config.traits().touch_error, 0);
     }
+    const SessionConfig external = read_config(std::filesystem::path(PALPATE_CONFIG_DIR) / "machines/external.yaml");
+    EXPECT_EQ(std::get<ExternalSpec>(external.machine->connection).command.front(), "python3");
 }
 
 // The block in the README is a file that works as it stands.

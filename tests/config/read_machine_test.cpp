@@ -51,6 +51,30 @@ TEST_F(MachineReader, FillsInDefaults) {
     EXPECT_EQ(patient.link.busy_time, Seconds(2));
 }
 
+TEST_F(MachineReader, MachinesOnANetworkAndProgramsAreNamed) {
+    const auto grbl = [&](const std::string& keys) {
+        return std::get<GrblSpec>(read("machine: {grbl: {" + keys + "}, " + kRest).machine->connection);
+    };
+    EXPECT_EQ(grbl("port: 'tcp://mill:23'").address(), (TcpAddress{"mill", 23}));
+    EXPECT_EQ(grbl("port: 'tcp://mill:23'").delay, std::nullopt);
+    EXPECT_EQ(grbl("port: 'tcp://mill:23', delay: 0.2, boot_time: 20").delay, Seconds(0.2));
+    EXPECT_EQ(grbl("port: /dev/ttyUSB0").address(), std::nullopt);
+    for (const std::string port : {"tcp://mill", "tcp://mill:0", "tcp://:23", "tcp://mill:70000"}) {
+        EXPECT_EQ(complaint("machine: {grbl: {port: '" + port + "'}, " + kRest),
+                  "machine.grbl.port: is no address; allowed: tcp://HOST:PORT, such as tcp://192.168.1.20:23");
+    }
+    const auto external = [&](const std::string& keys) { return "machine: {external: {" + keys + "}, " + kRest; };
+    EXPECT_EQ(std::get<ExternalSpec>(read(external("command: [python3, arm.py]")).machine->connection).command,
+              (std::vector<std::string>{"python3", "arm.py"}));
+    EXPECT_EQ(std::get<ExternalSpec>(read(external("address: 'robot:4000'")).machine->connection).address, "robot:4000");
+    EXPECT_EQ(complaint(external("silence: 1")), "machine.external.command: or `address` is needed, and not both");
+    EXPECT_EQ(complaint(external("command: [a], address: 'b:1'")), "machine.external.command: or `address` is needed, and not both");
+    EXPECT_EQ(complaint(external("address: robot")), "machine.external.address: is no address; allowed: HOST:PORT");
+    EXPECT_THAT(complaint(external("command: python3 arm.py")), ::testing::HasSubstr("is not a list of texts"));
+    EXPECT_THAT(complaint(external("command: []")), ::testing::HasSubstr("is not a list of texts"));
+    EXPECT_THAT(complaint(external("command: [a, '']")), ::testing::HasSubstr("is empty or holds a zero byte"));
+}
+
 // What the planner has to know of the machine goes with the task.
 TEST_F(MachineReader, TellsThePlannerWhatTheMachineCan) {
     const SessionConfig config = read(
@@ -64,7 +88,7 @@ TEST_F(MachineReader, TellsThePlannerWhatTheMachineCan) {
 }
 
 TEST_F(MachineReader, RefusesWhatCannotBe) {
-    EXPECT_EQ(complaint("machine: {" + kRest), "machine: holds none of its alternatives; allowed: exactly one of grbl, modbus");
+    EXPECT_EQ(complaint("machine: {" + kRest), "machine: holds none of its alternatives; allowed: exactly one of grbl, modbus, external");
     EXPECT_EQ(complaint("machine: {grbl: {port: /dev/ttyUSB0}}\nprobing: {epsilon: 1}\n"),
               "machine.limits: is required; allowed: a mapping of the keys below it");
     EXPECT_EQ(complaint(kGrbl + "limits: {min: [0, 0, 0], max: [1, 0, 1]}}\nprobing: {epsilon: 1}\n"),
@@ -82,8 +106,8 @@ TEST_F(MachineReader, RefusesWhatCannotBe) {
               "machine.retract: is lost in the machine's rounding; allowed: at least 5 x machine.resolution");
     for (const char* word : {"run", "skip"}) {
         EXPECT_EQ(complaint(kModbus + "homing: " + word + ", " + kRest),
-                  "machine.homing: is not possible with machine.modbus, whose registers have no command for it; allowed: require; home the "
-                  "machine at its own panel");
+                  "machine.homing: is possible with machine.grbl alone: nothing else has a command for it; allowed: require; home the "
+                  "machine by its own means");
     }
     EXPECT_EQ(complaint(kModbus + "homing: require, " + kRest), "nothing");
 }

@@ -149,7 +149,7 @@ probing: {epsilon: 0.1, seed_rays: [{from: [0, 0, 4], to: [0, 0, 0]}], sizing: {
     at: [0, 0, 0]
     rotate: [0, 0, 0]
 machine:
-  grbl: {port: "/dev/ttyUSB0", baud: 115200, reset_on_open: false}
+  grbl: {port: "/dev/ttyUSB0", baud: 115200, reset_on_open: false, boot_time: 8, delay: null}
   homing: require
   origin: [0, 0, 0]
   limits: {min: [-1, -2, -3], max: [1, 2, 3]}

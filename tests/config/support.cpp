@@ -159,8 +159,23 @@ int any_speed(Random& random) {
 
 MachineConfig random_machine(Random& random) {
     MachineConfig machine;
-    if (flip(random)) {
-        machine.connection = GrblSpec{{"/dev/tty \"odd\" #" + std::to_string(random() % 100), any_speed(random), flip(random)}};
+    const auto kind = random() % 3;
+    if (kind == 2) {
+        ExternalSpec external;
+        if (flip(random)) {
+            external.command = {"python3", "an \"odd\" name.py", "--port=" + std::to_string(random() % 100)};
+        } else {
+            external.address = "robot:" + std::to_string(1 + random() % 65535);
+        }
+        external.silence = Seconds(std::uniform_real_distribution<double>(0.3, 5)(random));
+        external.slowest_answer = Seconds(positive(random));
+        machine.connection = external;
+    } else if (kind == 1) {
+        GrblSpec grbl{{"/dev/tty \"odd\" #" + std::to_string(random() % 100), any_speed(random), flip(random)}};
+        if (flip(random)) grbl.port.path = "tcp://[fe80::1]:" + std::to_string(1 + random() % 65535);
+        if (flip(random)) grbl.delay = Seconds(std::uniform_real_distribution<double>(0, 5)(random));
+        grbl.boot_time = Seconds(std::uniform_real_distribution<double>(1, 120)(random));
+        machine.connection = grbl;
     } else {
         ModbusSpec modbus;
         if (flip(random)) {
@@ -275,7 +290,14 @@ public:
         std::visit([this](const auto& kind) { add(kind); }, value);
     }
     void add(const std::string& text) { words_.push_back(text); }
-    void add(const GrblSpec& g) { add_all(g.port.path, std::uint64_t(g.port.baud), std::uint64_t{g.port.reset}); }
+    void add(const GrblSpec& g) {
+        add_all(g.port.path, std::uint64_t(g.port.baud), std::uint64_t{g.port.reset}, g.boot_time.count(),
+                g.delay.has_value() ? g.delay->count() : -1.0);
+    }
+    void add(const ExternalSpec& e) {
+        for (const std::string& word : e.command) add(word);
+        add_all(e.address, e.silence.count(), e.slowest_answer.count());
+    }
     void add(const ModbusTcp& t) { add_all(t.host, std::uint64_t(t.port)); }
     void add(const ModbusRtu& r) { add_all(r.path, std::uint64_t(r.baud), std::string(1, r.parity), std::uint64_t(r.stop_bits)); }
     void add(const ModbusSpec& m) {

@@ -1,9 +1,13 @@
 // What the seam promises (devices/machine.h), on every driver.
 #include <gtest/gtest.h>
 
-#include "devices/grbl/serial_grbl_machine.h"
+#include "devices/external/external_machine.h"
+#include "devices/grbl/stream_grbl_machine.h"
 #include "devices/machine.h"
 #include "devices/modbus/modbus_machine.h"
+#include "devices/posix/serial_port.h"
+#include "devices/posix/tcp_stream.h"
+#include "sim/machines/external/virtual_program.h"
 #include "sim/machines/grbl/grbl_host.h"
 #include "tests/devices/modbus/modbus_support.h"
 
@@ -17,12 +21,19 @@ constexpr double kResolution = 0.002;      // mm, of positions that are rounded 
 // A controller that refuses a machine that is not homed.
 class GrblRig {
 public:
-    explicit GrblRig(bool is_homed) : grbl_(tool_, virtual_options(is_homed)) {}
+    explicit GrblRig(bool is_homed, std::optional<int> tcp_port = {})
+        : grbl_(tool_, virtual_options(is_homed)), host_(grbl_, {{}, GrblHostOptions::Time::fast, false, tcp_port, false}) {}
 
     [[nodiscard]] std::unique_ptr<Machine> connect() {
         GrblOptions options;
         options.origin = test::kOrigin;
-        return std::make_unique<SerialGrblMachine>(SerialPortOptions{host_.client_path()}, options);
+        std::unique_ptr<ByteStream> stream;
+        if (const auto address = parse_tcp_address(host_.client_path())) {
+            stream = std::make_unique<TcpStream>(*address);
+        } else {
+            stream = std::make_unique<SerialPort>(SerialPortOptions{host_.client_path()});
+        }
+        return std::make_unique<StreamGrblMachine>(std::move(stream), options);
     }
     void place(const Point& p) {
         host_.with([&](VirtualGrbl&) { tool_.place(p + test::kOrigin); });
@@ -43,7 +54,12 @@ private:
     HiddenObject object_{ShapeSpec{SphereSpec{kRadius}}};
     VirtualTool tool_{object_, test::machine_options().tool};
     VirtualGrbl grbl_;
-    GrblHost host_{grbl_, {{}, GrblHostOptions::Time::fast, false}};
+    GrblHost host_;
+};
+
+class GrblTcpRig : public GrblRig {
+public:
+    explicit GrblTcpRig(bool is_homed) : GrblRig(is_homed, 0) {}
 };
 
 class ModbusRig {
@@ -61,9 +77,37 @@ private:
     test::Machine machine_{test::Wire::tcp};
 };
 
+class ExternalRig {
+public:
+    explicit ExternalRig(bool is_homed) : program_(tool_, virtual_options(is_homed)) {}
+    [[nodiscard]] std::unique_ptr<Machine> connect() {
+        ExternalOptions options;
+        options.origin = test::kOrigin;
+        return std::make_unique<ExternalMachine>(std::make_unique<TcpStream>(*parse_tcp_address("tcp://" + program_.address())), options);
+    }
+    void place(const Point& p) {
+        program_.with([&](VirtualTool& tool) { tool.place(p + test::kOrigin); });
+    }
+    [[nodiscard]] VirtualToolAudit audit() {
+        VirtualToolAudit audit;
+        program_.with([&](VirtualTool& tool) { audit = tool.audit(); });
+        return audit;
+    }
+
+private:
+    static VirtualProgramOptions virtual_options(bool is_homed) {
+        VirtualProgramOptions options;
+        options.homed = is_homed;
+        return options;
+    }
+    HiddenObject object_{ShapeSpec{SphereSpec{kRadius}}};
+    VirtualTool tool_{object_, test::machine_options().tool};
+    VirtualProgram program_;
+};
+
 template <class Rig>
 class MachineContract : public ::testing::Test {};
-using Rigs = ::testing::Types<GrblRig, ModbusRig>;
+using Rigs = ::testing::Types<GrblRig, GrblTcpRig, ModbusRig, ExternalRig>;
 TYPED_TEST_SUITE(MachineContract, Rigs);
 
 TYPED_TEST(MachineContract, AMachineThatIsNotHomedSaysSoAndIsNotMoved) {

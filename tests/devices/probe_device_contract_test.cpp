@@ -8,7 +8,10 @@
 #include "devices/decorators/limited_device.h"
 #include "devices/decorators/metered_device.h"
 #include "devices/decorators/multi_touch_device.h"
+#include "devices/external/external_device.h"
 #include "devices/grbl/grbl_device.h"
+#include "devices/posix/tcp_stream.h"
+#include "sim/machines/external/virtual_program.h"
 #include "sim/machines/grbl/loopback_stream.h"
 #include "sim/simulated_device.h"
 #include "tests/devices/modbus/modbus_support.h"
@@ -86,6 +89,36 @@ private:
     std::unique_ptr<ModbusDevice> device_ = machine_.device();
 };
 
+class ExternalRig {
+public:
+    static constexpr double kResolution = 0.001;
+    ExternalRig() { device_.make_ready(); }
+    [[nodiscard]] ProbeDevice& device() { return device_; }
+    [[nodiscard]] Point tool() {
+        Point at;
+        program_.with([&](VirtualTool& tool) { at = tool.true_position() - test::kOrigin; });
+        return at;
+    }
+    [[nodiscard]] Cost cost() {
+        Cost cost;
+        program_.with([&](VirtualTool& tool) { cost = account_of(tool.audit()); });
+        return cost;
+    }
+
+private:
+    static ExternalOptions driver_options() {
+        ExternalOptions options;
+        options.origin = test::kOrigin;
+        return options;
+    }
+    HiddenObject object_{ShapeSpec{SphereSpec{kRadius}}};
+    VirtualTool tool_{object_, test::machine_options().tool};
+    VirtualProgram program_{tool_, {}};
+    SteadyClock clock_;
+    TcpStream stream_{*parse_tcp_address("tcp://" + program_.address())};
+    ExternalDevice device_{stream_, clock_, driver_options()};
+};
+
 // --- decorators ------------------------------------------------------------------------------------------------------
 
 template <class Rig>
@@ -151,11 +184,12 @@ protected:
     Rig rig;
 };
 
-using Rigs = testing::Types<SimulatedRig, Limited<SimulatedRig>, Measured<SimulatedRig>, Metered<SimulatedRig>, Session<SimulatedRig>,
-                            GrblMachineRig, Limited<GrblMachineRig>, Measured<GrblMachineRig>, Metered<GrblMachineRig>,
-                            Session<GrblMachineRig>, GrblHalRig, Limited<GrblHalRig>, Measured<GrblHalRig>, Metered<GrblHalRig>,
-                            Session<GrblHalRig>, TcpRig, Limited<TcpRig>, Measured<TcpRig>, Metered<TcpRig>, Session<TcpRig>, RtuRig,
-                            Limited<RtuRig>, Measured<RtuRig>, Metered<RtuRig>, Session<RtuRig>>;
+using Rigs =
+    testing::Types<SimulatedRig, Limited<SimulatedRig>, Measured<SimulatedRig>, Metered<SimulatedRig>, Session<SimulatedRig>,
+                   GrblMachineRig, Limited<GrblMachineRig>, Measured<GrblMachineRig>, Metered<GrblMachineRig>, Session<GrblMachineRig>,
+                   GrblHalRig, Limited<GrblHalRig>, Measured<GrblHalRig>, Metered<GrblHalRig>, Session<GrblHalRig>, TcpRig, Limited<TcpRig>,
+                   Measured<TcpRig>, Metered<TcpRig>, Session<TcpRig>, RtuRig, Limited<RtuRig>, Measured<RtuRig>, Metered<RtuRig>,
+                   Session<RtuRig>, ExternalRig, Limited<ExternalRig>, Measured<ExternalRig>, Metered<ExternalRig>, Session<ExternalRig>>;
 TYPED_TEST_SUITE(ProbeDeviceContract, Rigs);
 
 TYPED_TEST(ProbeDeviceContract, ADeviceRestsWhereItsToolIs) { this->expect_at(kStart); }

@@ -39,6 +39,11 @@ protected:
         return mesh;
     }
 
+    // Wherever the machine is.
+    [[nodiscard]] static std::vector<std::string> with_port(std::vector<std::string> words, PortMachine& machine) {
+        words.insert(words.end(), {"--set", "machine.grbl.port=" + machine.host().client_path()});
+        return words;
+    }
     // An uninterrupted session, and what its machine had to do.
     void run_reference(const VirtualGrblOptions& options = {}) {
         PortMachine machine(port(), options);
@@ -75,6 +80,16 @@ TEST_F(MachineSession, FindsTheSameTopologyOnEveryMachine) {
         const std::string session = dialect == GrblDialect::grbl ? "grbl" : "grblhal";
         ASSERT_EQ(run(probe(session)), 0) << read("out.txt");
         expect_safe(machine);
+    }
+    for (const GrblDialect dialect : {GrblDialect::grbl, GrblDialect::grblhal}) {
+        VirtualGrblOptions options;
+        options.dialect = dialect;
+        options.locked = true;
+        PortMachine machine(kNetwork, options);
+        const std::string session = dialect == GrblDialect::grbl ? "grbl_tcp" : "grblhal_tcp";
+        ASSERT_EQ(run(with_port(probe(session), machine)), 0) << read("out.txt");
+        expect_safe(machine);
+        EXPECT_EQ(read(session + "/mesh.ply"), read("grbl/mesh.ply"));
     }
     const HiddenObject object(ShapeSpec{SphereSpec{kRadius}});
     for (const bool serial : {false, true}) {
@@ -125,10 +140,11 @@ TEST_F(MachineSession, FindsTheSameTopologyOnEveryMachine) {
 
 class KilledSession : public MachineSession {
 protected:
-    void kill_at_random_moments(int times);
+    // `line`: what the machine is on; empty: now this, now that.
+    void kill_at_random_moments(int times, const fs::path& line = {});
 };
 
-void KilledSession::kill_at_random_moments(int times) {
+void KilledSession::kill_at_random_moments(int times, const fs::path& line) {
     constexpr std::uint64_t kSeed = 2026;
     SCOPED_TRACE(seed_text(kSeed));
     Random random(kSeed);
@@ -137,11 +153,12 @@ void KilledSession::kill_at_random_moments(int times) {
     const std::chrono::duration<double> whole = std::chrono::steady_clock::now() - begin;
     int kills = 0;
     for (int session = 0; kills < times; ++session) {
-        PortMachine machine(port());
+        PortMachine machine(!line.empty() ? line : session % 2 == 0 ? port() : kNetwork);
         const std::string name = "killed_" + std::to_string(session);
         std::uint64_t resumptions = 0;
         for (bool is_first = true;; is_first = false) {
-            Process process = start(is_first || !fs::exists(folder_ / name / "journal.jsonl") ? probe(name) : resume(name));
+            Process process =
+                start(with_port(is_first || !fs::exists(folder_ / name / "journal.jsonl") ? probe(name) : resume(name), machine));
             const bool ends = kills >= times || resumptions > 12;
             if (!ends) {
                 std::this_thread::sleep_for(random.uniform(0, 0.3) * whole);
@@ -171,6 +188,7 @@ void KilledSession::kill_at_random_moments(int times) {
 
 TEST_F(KilledSession, EndsWithTheSameMesh) { kill_at_random_moments(30); }
 TEST_F(KilledSession, NightlyAHundredTimes) { kill_at_random_moments(100); }
+TEST_F(KilledSession, NightlyOnTheNetwork) { kill_at_random_moments(30, kNetwork); }
 
 TEST_F(MachineSession, UnpluggedResetAlarmedOrSilentItIsResumedAndEndsWithTheSameMesh) {
     constexpr std::uint64_t kSeed = 7;
@@ -211,6 +229,24 @@ TEST_F(MachineSession, UnpluggedResetAlarmedOrSilentItIsResumedAndEndsWithTheSam
         expect_same(name);
         expect_safe(machine);
     }
+}
+
+TEST_F(MachineSession, ANetworkThatGoesAndComesIsResumed) {
+    ASSERT_NO_FATAL_FAILURE(run_reference());
+    VirtualGrblOptions options;
+    options.faults = {{VirtualFault::Kind::hang_up, VirtualFault::When::probe, static_cast<double>(probes_ / 3), 0, {}}};
+    PortMachine machine(kNetwork, options);
+    const std::string address = machine.host().client_path();
+    ASSERT_EQ(run(with_port(probe("away"), machine)), 3);
+    EXPECT_THAT(read("out.txt"), HasSubstr(address + ": the connection is lost (the other side ended it)"));
+    auto words = resume("away");
+    words.insert(words.end(), {"--set", "machine.grbl.port=" + address});
+    EXPECT_EQ(run(words), 3);
+    EXPECT_THAT(read("out.txt"), HasSubstr(address + ": cannot be reached: nobody takes a connection there"));
+    machine.host().plug_in();
+    ASSERT_EQ(run(with_port(resume("away"), machine)), 0) << read("out.txt");
+    expect_same("away");
+    expect_safe(machine);
 }
 
 TEST_F(MachineSession, StoppedByTheOperatorItGoesBackAndIsResumed) {
@@ -297,7 +333,7 @@ TEST_F(MachineSession, WhatConnectingMayDoIsSaidBefore) {
     ASSERT_NE(before, std::string::npos) << said;
     EXPECT_THAT(said, HasSubstr("is sent a reset (Ctrl-X) twice"));
     EXPECT_THAT(said, HasSubstr("up to 8 s"));
-    EXPECT_GT(said.find("nothing that speaks GRBL answers"), before);
+    EXPECT_GT(said.find("nothing answers on " + port().string() + " within 8 s"), before);
     (void)silent.take_openings();
     const std::string sent = silent.read();
     EXPECT_GE(std::ranges::count(sent, '\x18'), 1);

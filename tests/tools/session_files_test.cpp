@@ -146,7 +146,7 @@ TEST(SessionFiles, EveryKeyOfASummaryIsDocumentedAndEveryDocumentedKeyIsWritten)
     Provenance of_shape{"0123abcd"};
     of_shape.shape = "torus";
     simulation.result.certificate.premises.push_back({Premise::Kind::known_solids, Premise::State::assumed, ""});
-    simulation.result.deviation.emplace();
+    simulation.result.deviation.emplace().stated[0].touched = 1;
     simulation.result.earlier.emplace();
     add(to_json(simulation, PartResult{}, 0.5, of_mesh));
     add(to_json(machine, {}, 0.5, of_shape));

@@ -14,6 +14,7 @@
 #include <thread>
 #include <vector>
 
+#include "devices/posix/tcp_stream.h"
 #include "sim/machines/grbl/grbl_host.h"
 #include "sim/objects/hidden_object.h"
 
@@ -34,15 +35,19 @@ inline VirtualToolOptions axes() {
     return options;
 }
 
-// A virtual machine on a serial port, and the object that it hides.
+// For PortMachine: a free port of this computer's own network, which host().client_path() tells then.
+inline const fs::path kNetwork = "tcp://127.0.0.1:0";
+
+// A virtual machine on a serial port or on the network, and the object that it hides.
 class PortMachine {
 public:
     PortMachine(const fs::path& link, VirtualGrblOptions options = {}, const VirtualToolOptions& axes = palpate::axes(),
                 const ShapeSpec& shape = {SphereSpec{kRadius}})
         : object_(shape),
           tool_(object_, axes),
-          grbl_(tool_, with_home(std::move(options), axes)),
-          host_(grbl_, {link, GrblHostOptions::Time::fast, false}) {}
+          grbl_options_(with_home(std::move(options), axes)),
+          grbl_(tool_, grbl_options_),
+          host_(grbl_, host_options(link, grbl_options_.dialect)) {}
 
     [[nodiscard]] GrblHost& host() { return host_; }
     [[nodiscard]] VirtualToolAudit audit() {
@@ -78,8 +83,18 @@ private:
         return options;
     }
 
+    static GrblHostOptions host_options(const fs::path& link, GrblDialect dialect) {
+        GrblHostOptions options{link, GrblHostOptions::Time::fast, false};
+        if (const auto address = parse_tcp_address(link.string())) {
+            options.tcp_port = address->port;
+            options.greets_clients = dialect == GrblDialect::grblhal;
+        }
+        return options;
+    }
+
     HiddenObject object_;
     VirtualTool tool_;
+    VirtualGrblOptions grbl_options_;
     VirtualGrbl grbl_;
     GrblHost host_;
 };

@@ -94,14 +94,22 @@ struct SetupCommand {
     std::optional<double> margin;  // mm: between the part, as the ball touches it, and the workspace's faces; none: 6 epsilon
     bool yes = false;              // to moves, and to the change of the configuration
 };
+struct ConformanceCommand {
+    std::filesystem::path config;
+    std::vector<std::string> overrides;
+    double reach = 10.0;  // mm: so far from where the tool stands
+    bool hand = true;     // somebody is there to press the probe
+    bool yes = false;
+};
 struct PortsCommand {};
 struct VmCommand {
     std::filesystem::path config;
     std::vector<std::string> overrides;
-    std::filesystem::path grbl;        // link to make; one of these three
+    std::filesystem::path grbl;        // link to make, or tcp://HOST:PORT; one of these four
+    std::string external;              // HOST:PORT
     std::string modbus;                // HOST:PORT
     std::filesystem::path modbus_rtu;  // link to make
-    std::string dialect = "grbl";      // or grblhal
+    std::string dialect = "grbl";      // or grblhal, fluidnc
     bool locked = false;
     bool fast = false;
     double spurious = 0.0;  // share of the moves that trigger falsely
@@ -131,6 +139,7 @@ ExitCode run(const PictureCommand& command, Output& output);
 ExitCode run(const TouchCommand& command, Output& output);
 ExitCode run(const CalibrateCommand& command, Output& output);
 ExitCode run(const SetupCommand& command, Output& output);
+ExitCode run(const ConformanceCommand& command, Output& output);
 ExitCode run(const PortsCommand& command, Output& output);
 ExitCode run(const VmCommand& command, Output& output);
 

@@ -6,7 +6,6 @@
 #include <unistd.h>
 
 #include <algorithm>
-#include <charconv>
 #include <csignal>
 #include <cstddef>
 #include <filesystem>
@@ -18,7 +17,9 @@
 
 #include "config/reader.h"
 #include "devices/errors.h"
+#include "devices/posix/tcp_stream.h"
 #include "sim/area_audit.h"
+#include "sim/machines/external/virtual_program.h"
 #include "sim/machines/grbl/grbl_host.h"
 #include "sim/machines/modbus/virtual_modbus.h"
 #include "tools/commands/commands.h"
@@ -141,19 +142,14 @@ private:
     int socket_ = -1;
 };
 
-int port_of(const std::string& where) {
-    const std::size_t colon = where.rfind(':');
-    const std::string host = colon == std::string::npos ? "" : where.substr(0, colon);
-    if (host != "127.0.0.1" && host != "localhost") {
-        throw SetupError(fmt::format("--modbus: {}: a virtual machine is for this computer alone; allowed: 127.0.0.1:PORT", where));
+// Of "HOST:PORT", which `option` was given.
+int port_of(const char* option, const std::string& where) {
+    const auto address = parse_tcp_address("tcp://" + where);
+    if (!address) throw SetupError(fmt::format("{}: {} is no HOST:PORT", option, where));
+    if (address->host != "127.0.0.1" && address->host != "localhost") {
+        throw SetupError(fmt::format("{}: {}: a virtual machine is for this computer alone; allowed: 127.0.0.1:PORT", option, where));
     }
-    const std::string digits = where.substr(colon + 1);
-    int port = 0;
-    const auto [end, error] = std::from_chars(digits.data(), digits.data() + digits.size(), port);
-    if (error != std::errc{} || end != digits.data() + digits.size() || port < 0 || port > 65535) {
-        throw SetupError(fmt::format("--modbus: {} is no HOST:PORT", where));
-    }
-    return port;
+    return address->port;
 }
 
 // What moves in a machine, and who watches it.
@@ -163,10 +159,22 @@ struct Axes {
     const BodyAudits& body;
 };
 
+// On a line that may be taken.
+template <class Host, class Machine, class Options>
+std::unique_ptr<Host> serve(Machine& machine, const Options& options) {
+    try {
+        return std::make_unique<Host>(machine, options);
+    } catch (const ConnectionLost& error) {
+        throw SetupError(fmt::format("{}: give another one, or end what uses it", error.what()));
+    }
+}
+
 void run_grbl(const VmCommand& command, const Axes& axes, StopSignals& signals, std::ostream& out) {
     VirtualTool tool(axes.obstacle, axes.options);
     VirtualGrblOptions options;
-    options.dialect = command.dialect == "grblhal" ? GrblDialect::grblhal : GrblDialect::grbl;
+    options.dialect = command.dialect == "grblhal"   ? GrblDialect::grblhal
+                      : command.dialect == "fluidnc" ? GrblDialect::fluidnc
+                                                     : GrblDialect::grbl;
     options.locked = command.locked;
     options.soft_limits = true;
     options.homed_position = axes.options.start;
@@ -175,9 +183,19 @@ void run_grbl(const VmCommand& command, const Axes& axes, StopSignals& signals, 
     options.miss_rate = command.miss;
     options.seed = command.seed;
     VirtualGrbl grbl(tool, options);
+    GrblHostOptions where;
+    where.time = command.fast ? GrblHostOptions::Time::fast : GrblHostOptions::Time::real;
+    const std::string name = command.grbl.string();
+    if (is_tcp_address(name)) {
+        where.tcp_port = port_of("--grbl", name.substr(kTcpScheme.size()));
+        where.greets_clients = options.dialect == GrblDialect::grblhal;
+    } else {
+        where.link = command.grbl;
+    }
     {
-        GrblHost host(grbl, {command.grbl, command.fast ? GrblHostOptions::Time::fast : GrblHostOptions::Time::real, false});
-        out << "virtual " << command.dialect << " on " << command.grbl.string() << " -> " << host.client_path() << "; Ctrl-C ends it"
+        const std::unique_ptr<GrblHost> served = serve<GrblHost>(grbl, where);
+        GrblHost& host = *served;
+        out << "virtual " << command.dialect << " on " << (where.tcp_port ? "" : name + " -> ") << host.client_path() << "; Ctrl-C ends it"
             << std::endl;
         wait(signals, [&](bool pressed) { host.with([&](VirtualGrbl&) { tool.press(pressed); }); });
     }
@@ -195,15 +213,12 @@ std::unique_ptr<VirtualModbus> start_modbus(const Obstacle& obstacle, const Virt
 }
 
 void run_modbus(const VmCommand& command, const Axes& axes, int unit, StopSignals& signals, std::ostream& out) {
-    if (command.spurious > 0 || command.bounce > 0 || command.miss > 0 || command.dialect != "grbl") {
-        throw SetupError("--spurious, --bounce, --miss and --dialect are of the virtual GRBL controller: leave them out, or give --grbl");
-    }
     VirtualModbusOptions options;
     options.tool = axes.options;
     options.homed = !command.locked;
     options.speedup = command.fast ? kSpeedup : 1.0;
     std::variant<VirtualModbusTcp, VirtualModbusSerial> where = VirtualModbusSerial{command.modbus_rtu};
-    if (!command.modbus.empty()) where = VirtualModbusTcp{port_of(command.modbus)};
+    if (!command.modbus.empty()) where = VirtualModbusTcp{port_of("--modbus", command.modbus)};
     const std::unique_ptr<VirtualModbus> machine = start_modbus(axes.obstacle, options, where, unit);
     VirtualModbus& modbus = *machine;
     const ModbusLinkOptions link = modbus.link();
@@ -220,6 +235,21 @@ void run_modbus(const VmCommand& command, const Axes& axes, int unit, StopSignal
            out);
 }
 
+void run_external(const VmCommand& command, const Axes& axes, StopSignals& signals, std::ostream& out) {
+    VirtualTool tool(axes.obstacle, axes.options);
+    VirtualProgramOptions options;
+    options.port = port_of("--external", command.external);
+    options.is_fast = command.fast;
+    options.homed = !command.locked;
+    {
+        const std::unique_ptr<VirtualProgram> program = serve<VirtualProgram>(tool, options);
+        out << "virtual machine with a program of its own on " << program->address() << "; Ctrl-C ends it" << std::endl;
+        wait(signals, [&](bool pressed) { program->with([&](VirtualTool& t) { t.press(pressed); }); });
+    }
+    signals.release();
+    report(command, audit_of(tool.audit(), axes.body), out);
+}
+
 }  // namespace
 
 ExitCode run(const VmCommand& command, Output& output) {
@@ -227,8 +257,12 @@ ExitCode run(const VmCommand& command, Output& output) {
     std::ostream& out = output.results;
     const SessionConfig config = read_config(command.config, command.overrides);
     if (!config.machine) throw SetupError("machine: missing; a virtual machine needs to know how it moves");
-    const int kinds = (command.grbl.empty() ? 0 : 1) + (command.modbus.empty() ? 0 : 1) + (command.modbus_rtu.empty() ? 0 : 1);
-    if (kinds != 1) throw SetupError("give one of --grbl LINK, --modbus HOST:PORT, --modbus-rtu LINK");
+    const int kinds = (command.grbl.empty() ? 0 : 1) + (command.modbus.empty() ? 0 : 1) + (command.modbus_rtu.empty() ? 0 : 1) +
+                      (command.external.empty() ? 0 : 1);
+    if (kinds != 1) throw SetupError("give one of --grbl LINK, --modbus HOST:PORT, --modbus-rtu LINK, --external HOST:PORT");
+    if (command.grbl.empty() && (command.spurious > 0 || command.bounce > 0 || command.miss > 0 || command.dialect != "grbl")) {
+        throw SetupError("--spurious, --bounce, --miss and --dialect are of the virtual GRBL controller: leave them out, or give --grbl");
+    }
     const auto is_share = [](double x) { return x >= 0 && x <= 1; };
     if (!is_share(command.spurious) || !is_share(command.bounce) || !is_share(command.miss)) {
         throw SetupError("--spurious, --bounce, --miss: allowed: from 0 to 1");
@@ -240,7 +274,8 @@ ExitCode run(const VmCommand& command, Output& output) {
     }
     if (!command.audit.empty()) write_file(command.audit, "");  // what cannot be written is found out now
     std::optional<LinkOwner> owner;
-    if (command.modbus.empty()) owner.emplace(command.grbl.empty() ? command.modbus_rtu : command.grbl);
+    const bool has_link = command.modbus.empty() && command.external.empty() && !is_tcp_address(command.grbl.string());
+    if (has_link) owner.emplace(command.grbl.empty() ? command.modbus_rtu : command.grbl);
     const Scene scene = build_scene(config);
     const std::optional<ToolScene> tool = tool_scene(config, scene.object);
     BodyAudits body;
@@ -255,7 +290,9 @@ ExitCode run(const VmCommand& command, Output& output) {
             if (body.area) body.area->record(way);
         };
     }
-    if (command.grbl.empty()) {
+    if (!command.external.empty()) {
+        run_external(command, axes, signals, out);
+    } else if (command.grbl.empty()) {
         const auto* modbus = std::get_if<ModbusSpec>(&config.machine->connection);
         run_modbus(command, axes, modbus != nullptr ? modbus->link.unit : 1, signals, out);
     } else {

@@ -15,6 +15,8 @@
 
 #include "devices/clock.h"
 #include "devices/errors.h"
+#include "sim/machines/pseudo_terminal.h"
+#include "sim/machines/tcp_client_end.h"
 
 namespace palpate {
 namespace {
@@ -57,7 +59,7 @@ GrblHost::GrblHost(VirtualGrbl& grbl, GrblHostOptions options)
     : grbl_(grbl),
       options_(std::move(options)),
       wake_(std::make_unique<Wake>()),
-      terminal_(std::make_shared<PseudoTerminal>(options_.link)),
+      end_(open()),
       thread_([this](const std::stop_token& stop) { serve(stop); }) {}
 
 GrblHost::~GrblHost() {
@@ -65,9 +67,14 @@ GrblHost::~GrblHost() {
     wake_->set();
 }
 
+std::shared_ptr<ClientEnd> GrblHost::open() const {
+    if (options_.tcp_port) return std::make_shared<TcpClientEnd>(*options_.tcp_port);
+    return std::make_shared<PseudoTerminal>(options_.link);
+}
+
 std::string GrblHost::client_path() const {
     const std::scoped_lock lock(mutex_);
-    return terminal_ ? terminal_->client_path() : std::string();
+    return end_ ? end_->client_path() : std::string();
 }
 
 void GrblHost::with(const std::function<void(VirtualGrbl&)>& use) {
@@ -81,14 +88,14 @@ void GrblHost::with(const std::function<void(VirtualGrbl&)>& use) {
 void GrblHost::unplug() {
     std::unique_lock lock(mutex_);
     grbl_.unplug();
-    const std::weak_ptr<PseudoTerminal> open = std::exchange(terminal_, nullptr);
+    const std::weak_ptr<ClientEnd> open = std::exchange(end_, nullptr);
     wake_->set();
     closed_.wait(lock, [&] { return open.expired(); });
 }
 
 void GrblHost::plug_in() {
     const std::scoped_lock lock(mutex_);
-    if (!terminal_) terminal_ = std::make_shared<PseudoTerminal>(options_.link);
+    if (!end_) end_ = open();
     grbl_.plug_in();
     wake_->set();
 }
@@ -96,23 +103,23 @@ void GrblHost::plug_in() {
 void GrblHost::serve(const std::stop_token& stop) {
     const SteadyClock clock;
     nanoseconds last = clock.now();
-    std::shared_ptr<PseudoTerminal> terminal;
+    std::shared_ptr<ClientEnd> end;
     while (!stop.stop_requested()) {
         wake_->clear();
         {
             const std::scoped_lock lock(mutex_);
             const nanoseconds now = clock.now();
             let_time_pass(now - std::exchange(last, now));
-            if (grbl_.link() != VirtualGrbl::Link::up) terminal_.reset();
-            if (terminal != terminal_) {
-                terminal = terminal_;
+            if (grbl_.link() != VirtualGrbl::Link::up) end_.reset();
+            if (end != end_) {
+                end = end_;
                 to_send_.clear();
                 closed_.notify_all();
             }
             to_send_ += grbl_.take_output();
         }
-        const bool busy = terminal && pass_bytes(*terminal);
-        if (!busy && !jump_to_event()) sleep(terminal.get());
+        const bool busy = end && pass_bytes(*end);
+        if (!busy && !jump_to_event()) sleep(end.get());
     }
 }
 
@@ -125,15 +132,16 @@ void GrblHost::greet_client() {
     to_send_.clear();
     const std::scoped_lock lock(mutex_);
     (void)grbl_.take_output();
+    if (options_.greets_clients) to_send_ = grbl_.banner();
     if (options_.reset_on_open) grbl_.press_reset();
 }
 
 // True if there may be more to do at once.
-bool GrblHost::pass_bytes(PseudoTerminal& terminal) {
-    const std::string bytes = terminal.read();
-    if (terminal.take_openings()) greet_client();
-    if (!terminal.has_client()) to_send_.clear();
-    to_send_.erase(0, terminal.write(to_send_));
+bool GrblHost::pass_bytes(ClientEnd& end) {
+    const std::string bytes = end.read();
+    if (end.take_openings()) greet_client();
+    if (!end.has_client()) to_send_.clear();
+    to_send_.erase(0, end.write(to_send_));
     if (bytes.empty()) return false;
     const std::scoped_lock lock(mutex_);
     grbl_.receive(bytes);
@@ -149,7 +157,7 @@ bool GrblHost::jump_to_event() {
     return next.has_value();
 }
 
-void GrblHost::sleep(const PseudoTerminal* terminal) {
+void GrblHost::sleep(const ClientEnd* end) {
     std::optional<nanoseconds> timeout;
     if (options_.time == GrblHostOptions::Time::real) {
         const std::scoped_lock lock(mutex_);
@@ -157,12 +165,11 @@ void GrblHost::sleep(const PseudoTerminal* terminal) {
         if (const auto next = grbl_.time_to_event()) timeout = std::chrono::ceil<nanoseconds>(std::min(*next, kLongestSleep));
     }
     // Without a client the system reports a hang-up all the time.
-    const bool listens = terminal != nullptr && terminal->has_client();
+    const bool listens = end != nullptr && end->has_client();
     const auto events = static_cast<short>(to_send_.empty() ? POLLIN : POLLIN | POLLOUT);
     // A negative descriptor is passed over.
-    std::array<pollfd, 3> fds{pollfd{wake_->descriptor(), POLLIN, 0},
-                              pollfd{terminal != nullptr ? terminal->openings_descriptor() : -1, POLLIN, 0},
-                              pollfd{listens ? terminal->descriptor() : -1, events, 0}};
+    std::array<pollfd, 3> fds{pollfd{wake_->descriptor(), POLLIN, 0}, pollfd{end != nullptr ? end->openings_descriptor() : -1, POLLIN, 0},
+                              pollfd{listens ? end->descriptor() : -1, events, 0}};
     const timespec wait = timespec_of(timeout.value_or(nanoseconds(0)));
     ppoll(fds.data(), fds.size(), timeout ? &wait : nullptr, nullptr);
 }

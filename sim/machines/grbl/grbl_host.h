@@ -1,4 +1,4 @@
-// A virtual GRBL machine behind a serial port of this computer, for any program that talks to one.
+// A virtual GRBL machine behind a serial port of this computer, or on its own network, for any program that talks to one.
 #pragma once
 
 #include <condition_variable>
@@ -6,11 +6,12 @@
 #include <functional>
 #include <memory>
 #include <mutex>
+#include <optional>
 #include <string>
 #include <thread>
 
+#include "sim/machines/client_end.h"
 #include "sim/machines/grbl/virtual_grbl.h"
-#include "sim/machines/pseudo_terminal.h"
 
 namespace palpate {
 
@@ -21,14 +22,17 @@ struct GrblHostOptions {
     };
     std::filesystem::path link{};  // to the client's end; none if empty
     Time time = Time::real;
-    bool reset_on_open = false;  // as a USB port does that pulls DTR
+    bool reset_on_open = false;     // as a USB port does that pulls DTR
+    std::optional<int> tcp_port{};  // of 127.0.0.1, 0 for any, instead of a serial port
+    bool greets_clients = false;    // with its banner, without a reset, as grblHAL does on a network
 };
 
 // Runs the machine in a thread of its own, from construction to destruction. Clients may come and go; what the machine says while none is
-// there is lost. A fault of the script that cuts the link closes the terminal.
+// there is lost. A fault of the script that cuts the link ends the connection.
 class GrblHost {
 public:
-    // `grbl` must outlive the host; until then, reach it through with() only. Throws ConnectionLost if there is no pseudo-terminal.
+    // `grbl` must outlive the host; until then, reach it through with() only. Throws ConnectionLost if there is no pseudo-terminal, or
+    // the port is taken.
     GrblHost(VirtualGrbl& grbl, GrblHostOptions options);
     ~GrblHost();
     GrblHost(const GrblHost&) = delete;
@@ -45,19 +49,20 @@ public:
 private:
     class Wake;
 
+    [[nodiscard]] std::shared_ptr<ClientEnd> open() const;
     void serve(const std::stop_token& stop);
     void let_time_pass(std::chrono::nanoseconds passed);
-    [[nodiscard]] bool pass_bytes(PseudoTerminal& terminal);
+    [[nodiscard]] bool pass_bytes(ClientEnd& end);
     [[nodiscard]] bool jump_to_event();
     void greet_client();
-    void sleep(const PseudoTerminal* terminal);
+    void sleep(const ClientEnd* end);
 
     VirtualGrbl& grbl_;
     GrblHostOptions options_;
     std::unique_ptr<Wake> wake_;
-    mutable std::mutex mutex_;  // over grbl_ and terminal_
+    mutable std::mutex mutex_;  // over grbl_ and end_
     std::condition_variable closed_;
-    std::shared_ptr<PseudoTerminal> terminal_;
+    std::shared_ptr<ClientEnd> end_;
     std::string to_send_;  // of the thread alone
     std::jthread thread_;  // last: it uses all of the above
 };

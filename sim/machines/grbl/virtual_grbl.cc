@@ -11,6 +11,7 @@ VirtualGrbl::VirtualGrbl(VirtualGrbl&&) noexcept = default;
 void VirtualGrbl::receive(std::string_view bytes) { machine_->receive(bytes); }
 void VirtualGrbl::advance(Seconds time) { machine_->advance(time); }
 std::string VirtualGrbl::take_output() { return machine_->take_output(); }
+std::string VirtualGrbl::banner() const { return machine_->banner(); }
 std::optional<Seconds> VirtualGrbl::time_to_event() const { return machine_->time_to_event(); }
 void VirtualGrbl::press_reset() { machine_->press_reset(); }
 VirtualGrbl::Link VirtualGrbl::link() const { return machine_->link(); }

@@ -1,5 +1,5 @@
 // A GRBL controller of a virtual machine, as a pure state machine: bytes in, bytes out, and time passes only when told.
-// It does what devices/FACTS.md, "GRBL" says of Grbl 1.1h and grblHAL 1.1f.
+// It does what devices/FACTS.md, "GRBL" says of Grbl 1.1h and grblHAL 1.1f, and "GRBL over TCP" of FluidNC.
 #pragma once
 
 #include <cstdint>
@@ -15,7 +15,7 @@ namespace palpate {
 
 class GrblMachine;
 
-enum class GrblDialect { grbl, grblhal };
+enum class GrblDialect { grbl, grblhal, fluidnc };
 
 // Something that goes wrong, once, at a given moment.
 struct VirtualFault {
@@ -67,6 +67,9 @@ struct VirtualGrblOptions {
     int status_mask = 1;                   // $10: bit 0 is MPos instead of WPos
     bool report_inches = false;            // $13
     bool reports_overrides = true;         // Ov and A; a build option, on grblHAL a bit of $10
+    bool reports_offset = true;            // WCO; likewise
+    bool reports_pins = true;              // Pn; likewise
+    bool reports_probes = true;            // [PRB] after a probing move; on grblHAL a bit of $10
     Point work_offset = Point::Zero();     // mm, G54
     bool fresh_eeprom = false;             // error:7 and all settings come before the first banner
     double max_feed_mm_per_s = 100.0;      // $110 to $112
@@ -91,6 +94,8 @@ public:
     void receive(std::string_view bytes);
     void advance(Seconds time);
     [[nodiscard]] std::string take_output();
+    // What it says when it starts, with the end of the line.
+    [[nodiscard]] std::string banner() const;
     // Until something happens by itself. Nothing if only bytes will make it do anything.
     [[nodiscard]] std::optional<Seconds> time_to_event() const;
     [[nodiscard]] bool is_busy() const { return time_to_event().has_value(); }

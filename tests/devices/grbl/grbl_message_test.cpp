@@ -18,7 +18,7 @@ TEST(GrblMessage, AnswersAreRead) {
     parsed<Ok>("ok");
     EXPECT_EQ(parsed<Error>("error:33").code, 33);
     EXPECT_EQ(parsed<Alarm>("ALARM:4").code, 4);
-    for (const char* damaged : {"o", "okk", " ok", "error:", "error:x", "error:-1", "error:3 ", "ALARM:", "LARM:4", "ALARM:4x", ""}) {
+    for (const char* damaged : {"o", "okk", " ok", "error:", "error:x", "error:-1", "error:3 3", "ALARM:", "LARM:4", "ALARM:4x", ""}) {
         parsed<Unknown>(damaged);
     }
 }

@@ -203,6 +203,35 @@ TEST(ToleranceSearch, AnAuditCountsWhatIsBeyond) {
     EXPECT_NEAR(search.evidence().worst, 0.03, 1e-12);
 }
 
+TEST(ToleranceSearch, WhatWasStatedIsComparedWithWhatWasMet) {
+    const SampledSurface surface = sampled_torus(24, 12);
+    ToleranceSearch search(options(0.01));
+    ToleranceSearch::Place place = search.draw(surface, 1).front();
+    const auto meet = [&](double stated, double off) {
+        place.stated = stated;
+        search.note_audit(place, place.at + off * place.normal);
+    };
+    meet(0.001, 0.0005);
+    meet(0.0025, 0.0026);
+    meet(0.0025, 0.0024);
+    meet(0.01, 0.02);
+    meet(0.5, 0.4);
+    meet(0, 0.4);  // nothing was stated
+    const auto& stated = search.evidence().stated;
+    const std::array<std::array<double, 5>, 5> expected = {{{0, 0.0025, 3, 2, 0.0026},
+                                                            {0.0025, 0.005, 0, 0, 0},
+                                                            {0.005, 0.01, 1, 0, 0.02},
+                                                            {0.01, 0.02, 0, 0, 0},
+                                                            {0.02, INFINITY, 1, 1, 0.4}}};
+    for (std::size_t k = 0; k < 5; ++k) {
+        EXPECT_DOUBLE_EQ(stated[k].least, expected[k][0]);
+        EXPECT_DOUBLE_EQ(stated[k].most, expected[k][1]);
+        EXPECT_EQ(static_cast<double>(stated[k].touched), expected[k][2]);
+        EXPECT_EQ(static_cast<double>(stated[k].within), expected[k][3]);
+        EXPECT_NEAR(stated[k].worst, expected[k][4], 1e-12);
+    }
+}
+
 TEST(ToleranceSearch, TheSameSeedDrawsTheSamePlaces) {
     const SampledSurface surface = sampled_torus(24, 12);
     ToleranceSearch::Options other = options(0.01);

@@ -83,7 +83,8 @@ int GrblMachine::execute_report(std::string_view line) {
     } else if (line == "$$") {
         output_.say(settings_.dump());
     } else if (line == "$#") {
-        output_.say(parameters_report(frame_, probe_, settings_.inches()));
+        const bool has_none = options_.dialect == GrblDialect::fluidnc && !has_probed_;
+        output_.say(parameters_report(frame_, has_none ? std::nullopt : std::optional(probe_), settings_.inches()));
     } else if (line == "$I") {
         output_.say(version_report(options_.dialect));
     } else {
@@ -298,13 +299,14 @@ void GrblMachine::finish_probe(int motion) {
     if (trigger) *trigger += latch_delay_.count() * probe_feed_mm_per_s_ * probe_direction_;
     if (trigger || may_fail(motion)) {
         probe_ = {trigger.value_or(end), trigger.has_value()};
-        say(probe_report(probe_, settings_.inches()));
+        has_probed_ = true;
+        if (settings_.reports().probes) say(probe_report(probe_, settings_.inches()));
         answer(0);
         return;
     }
     alarm(kProbeMissedAlarm, true, [this, end] {
         // Grbl leaves the previous contact in its record.
-        if (options_.dialect == GrblDialect::grblhal) probe_.position = end;
+        if (options_.dialect != GrblDialect::grbl) probe_.position = end;
         say(probe_report(probe_, settings_.inches()));
         answer(0);
     });

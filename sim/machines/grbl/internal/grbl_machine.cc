@@ -45,6 +45,7 @@ void GrblMachine::boot() {
     frame_.position = tool_.position();
     frame_.shift = Point::Zero();
     probe_ = {};
+    has_probed_ = false;
     sticky_error_ = 0;
     critical_ = false;
     critical_line_ = false;
@@ -54,9 +55,12 @@ void GrblMachine::boot() {
     status_.restart();
     if (state_ != State::alarm) state_ = State::idle;
     output_.say("\r\n");
-    say(banner(options_.dialect));
+    if (options_.dialect == GrblDialect::fluidnc) say("[MSG:INFO: FluidNC v3.9.1]");
+    say(palpate::banner(options_.dialect));
     if (state_ == State::alarm) say("[MSG:'$H'|'$X' to unlock]");
 }
+
+std::string GrblMachine::banner() const { return palpate::banner(options_.dialect) + "\r\n"; }
 
 void GrblMachine::receive(std::string_view bytes) {
     for (const char c : bytes) {
@@ -280,7 +284,6 @@ void GrblMachine::say_status() {
     }
     status.moving = state_ == State::run || state_ == State::hold || state_ == State::jog || state_ == State::home;
     status.position = reported_position();
-    status.tells_overrides = options_.reports_overrides;
     status.overrides = overrides_;
     status.modal = modal_;
     status.work_offset = frame_.offset(modal_);

@@ -26,6 +26,7 @@ public:
     void receive(std::string_view bytes);
     void advance(Seconds time);
     [[nodiscard]] std::string take_output();
+    [[nodiscard]] std::string banner() const;
     [[nodiscard]] std::optional<Seconds> time_to_event() const;
     void press_reset();
     [[nodiscard]] VirtualGrbl::Link link() const { return link_; }
@@ -114,6 +115,7 @@ private:
     GrblModal modal_;
     GrblFrame frame_;
     GrblProbeRecord probe_;
+    bool has_probed_ = false;
     int sticky_error_ = 0;        // grblHAL only
     bool critical_ = false;       // grblHAL: only a reset ends this alarm
     bool critical_line_ = false;  // the line that ran into it is answered only then

@@ -40,26 +40,29 @@ constexpr int kOverridesMoving = 20;
 }  // namespace
 
 std::string GrblStatusReport::next(const GrblStatus& status, const GrblSettings& settings) {
-    constexpr unsigned kMachinePosition = 1U;
-    constexpr unsigned kBuffers = 2U;
+    const GrblSettings::Reports reports = settings.reports();
     const bool hal = dialect_ == GrblDialect::grblhal;
     const bool inches = settings.inches();
     std::string text = fmt::format("<{}", status.state);
-    if ((settings.status_mask() & kMachinePosition) != 0U) {
+    if (reports.machine_position) {
         text += fmt::format("|MPos:{}", coordinates(status.position, inches));
     } else {
         text += fmt::format("|WPos:{}", coordinates(status.position - status.work_offset, inches));
     }
-    if (hal || (settings.status_mask() & kBuffers) != 0U) {
+    if (reports.buffers) {
         text += fmt::format("|Bf:{},{}", status.planner_free, status.buffer_free);
     }
     text += fmt::format("|FS:{},0", number(status.speed_mm_per_s * kSecondsPerMinute / (inches ? kInch : 1.0), inches ? 1 : 0));
-    if (status.probe_closed) {
+    if (!reports.pins) {
+        // It does not say that it does not say.
+    } else if (status.probe_closed) {
         text += "|Pn:P";
     } else if (hal && status.probe_cut) {
         text += "|Pn:O";
     }
-    if (until_offset_ > 0) {
+    if (!reports.offset) {
+        // Likewise.
+    } else if (until_offset_ > 0) {
         --until_offset_;
     } else {
         until_offset_ = (status.moving ? kOffsetMoving : kOffsetAtRest) - 1;
@@ -69,7 +72,7 @@ std::string GrblStatusReport::next(const GrblStatus& status, const GrblSettings&
     }
     if (until_overrides_ > 0) {
         --until_overrides_;
-    } else if (status.tells_overrides) {
+    } else if (reports.overrides) {
         until_overrides_ = (status.moving ? kOverridesMoving : kOverridesAtRest) - 1;
         const GrblOverrides& overrides = status.overrides;
         text += fmt::format("|Ov:{},{},{}", overrides.feed, overrides.rapid, overrides.spindle);
@@ -89,17 +92,25 @@ std::string probe_report(const GrblProbeRecord& record, bool inches) {
 }
 
 std::string banner(GrblDialect dialect) {
-    return dialect == GrblDialect::grbl ? "Grbl 1.1h ['$' for help]" : "GrblHAL 1.1f ['$' or '$HELP' for help]";
+    switch (dialect) {
+        case GrblDialect::grbl:
+            return "Grbl 1.1h ['$' for help]";
+        case GrblDialect::grblhal:
+            return "GrblHAL 1.1f ['$' or '$HELP' for help]";
+        case GrblDialect::fluidnc:
+            return "Grbl 3.9 [FluidNC v3.9.1 (wifi) '$' for help]";
+    }
+    return "";
 }
 
-std::string parameters_report(const GrblFrame& frame, const GrblProbeRecord& record, bool inches) {
+std::string parameters_report(const GrblFrame& frame, const std::optional<GrblProbeRecord>& record, bool inches) {
     std::string text;
     for (std::size_t i = 0; i < GrblFrame::kWorkSystems; ++i) {
         text += fmt::format("[G{}:{}]\r\n", 54 + i, coordinates(frame.work[i], inches));
     }
     const std::string zero = coordinates(Point::Zero(), inches);
-    return fmt::format("{0}[G28:{1}]\r\n[G30:{1}]\r\n[G92:{2}]\r\n[TLO:{3}]\r\n{4}\r\n", text, zero, coordinates(frame.shift, inches),
-                       number(0.0, inches ? 4 : 3), probe_report(record, inches));
+    return fmt::format("{0}[G28:{1}]\r\n[G30:{1}]\r\n[G92:{2}]\r\n[TLO:{3}]\r\n{4}", text, zero, coordinates(frame.shift, inches),
+                       number(0.0, inches ? 4 : 3), record ? probe_report(*record, inches) + "\r\n" : "");
 }
 
 std::string modal_report(const GrblModal& modal) {
@@ -111,6 +122,7 @@ std::string modal_report(const GrblModal& modal) {
 }
 
 std::string version_report(GrblDialect dialect) {
+    if (dialect == GrblDialect::fluidnc) return "[VER:3.9 FluidNC v3.9.1:]\r\n[OPT:PHS]\r\n[MSG: Machine: virtual]\r\n";
     if (dialect == GrblDialect::grbl) return "[VER:1.1h.20190830:]\r\n[OPT:V,15,128]\r\n";
     return "[VER:1.1f.20230917:]\r\n[OPT:VNM,35,128,3,0]\r\n[AXS:3:XYZ]\r\n[FIRMWARE:grblHAL]\r\n";
 }

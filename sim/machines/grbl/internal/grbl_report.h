@@ -2,6 +2,7 @@
 #pragma once
 
 #include <cstddef>
+#include <optional>
 #include <string>
 
 #include "sim/machines/grbl/internal/grbl_block.h"
@@ -20,7 +21,6 @@ struct GrblStatus {
     bool probe_closed = false;
     bool probe_cut = false;
     bool homed = false;
-    bool tells_overrides = true;
     GrblOverrides overrides{};
     GrblModal modal{};  // of which spindle and coolant are told
     std::size_t planner_free = 0;
@@ -52,8 +52,8 @@ struct GrblProbeRecord {
 
 [[nodiscard]] std::string probe_report(const GrblProbeRecord& record, bool inches);
 [[nodiscard]] std::string banner(GrblDialect dialect);
-// `$#`, `$G`, `$I`: with CR LF after every line, without the `ok`.
-[[nodiscard]] std::string parameters_report(const GrblFrame& frame, const GrblProbeRecord& record, bool inches);
+// `$#`, `$G`, `$I`: with CR LF after every line, without the `ok`. No record: there is none yet, and the firmware says nothing of it.
+[[nodiscard]] std::string parameters_report(const GrblFrame& frame, const std::optional<GrblProbeRecord>& record, bool inches);
 [[nodiscard]] std::string modal_report(const GrblModal& modal);
 [[nodiscard]] std::string version_report(GrblDialect dialect);
 

@@ -17,7 +17,16 @@ public:
     // `$$`: one line per setting, without the `ok`.
     [[nodiscard]] std::string dump() const;
 
-    [[nodiscard]] unsigned status_mask() const;
+    // What reports hold ($10). Grbl builds leave out by themselves what grblHAL has bits for.
+    struct Reports {
+        bool machine_position = true;
+        bool buffers = false;
+        bool pins = true;
+        bool offset = true;
+        bool overrides = true;
+        bool probes = true;
+    };
+    [[nodiscard]] Reports reports() const;
     [[nodiscard]] bool inches() const { return values_.at(kInches) != 0.0; }
     [[nodiscard]] bool soft_limits() const { return values_.at(kSoftLimits) != 0.0; }
     [[nodiscard]] bool homing() const { return values_.at(kHoming) != 0.0; }
@@ -30,6 +39,9 @@ private:
     static constexpr int kHoming = 22;
     static constexpr int kMaxFeed = 110;  // of x; y and z follow
 
+    const int first_told_;  // but for those of reports
+    const bool has_report_bits_;
+    const Reports built_;
     std::map<int, double> values_;
 };
 

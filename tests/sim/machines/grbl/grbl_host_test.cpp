@@ -14,6 +14,8 @@
 
 #include "devices/clock.h"
 #include "devices/errors.h"
+#include "devices/posix/tcp_stream.h"
+#include "sim/machines/pseudo_terminal.h"
 #include "tests/sim/machines/grbl/virtual_grbl_support.h"
 
 namespace palpate {
@@ -120,6 +122,34 @@ TEST_F(GrblHostTest, OpeningResetsTheMachineIfAskedFor) {
     for (int i = 0; i < 2; ++i) {
         Client client(host_options.link);
         EXPECT_THAT(lines_of(client.read_until("unlock]\r\n")), ElementsAre("Grbl 1.1h ['$' for help]", kLockMessage));
+    }
+}
+
+TEST_F(GrblHostTest, ClientsOnTheNetworkAreGreetedWithoutAReset) {
+    host_options.tcp_port = 0;
+    for (const bool greets : {false, true}) {
+        host_options.greets_clients = greets;
+        GrblHost host(*grbl, host_options);
+        const auto address = parse_tcp_address(host.client_path());
+        ASSERT_TRUE(address);
+        for (int client = 0; client < 2; ++client) {
+            std::string said;
+            {
+                TcpStream stream(*address);
+                stream.write("?");
+                while (said.find('>') == std::string::npos) said += stream.read(kPatience);
+            }
+            EXPECT_EQ(said.find("Grbl 1.1h") != std::string::npos, greets) << said;
+            // The place is free once the machine has seen the end.
+            for (bool is_free = false; !is_free; std::this_thread::sleep_for(1ms)) {
+                try {
+                    const TcpStream next(*address);
+                    is_free = true;
+                } catch (const DeviceError&) {
+                }
+            }
+        }
+        host.with([](VirtualGrbl& machine) { EXPECT_EQ(machine.counts().resets, 0U); });
     }
 }
 

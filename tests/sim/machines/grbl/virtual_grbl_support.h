@@ -94,7 +94,7 @@ protected:
 constexpr const char* kLockMessage = "[MSG:'$H'|'$X' to unlock]";
 
 inline std::string dialect_name(const testing::TestParamInfo<GrblDialect>& info) {
-    return info.param == GrblDialect::grbl ? "grbl" : "grblHAL";
+    return info.param == GrblDialect::grbl ? "grbl" : info.param == GrblDialect::grblhal ? "grblHAL" : "FluidNC";
 }
 
 }  // namespace palpate

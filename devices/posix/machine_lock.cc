@@ -1,4 +1,4 @@
-#include "devices/modbus/internal/modbus_lock.h"
+#include "devices/posix/machine_lock.h"
 
 #include <fcntl.h>
 #include <fmt/format.h>
@@ -23,9 +23,9 @@ namespace {
 
 }  // namespace
 
-ModbusLock ModbusLock::of_device(const std::string& path) {
+MachineLock MachineLock::of_device(const std::string& path) {
     // Not blocking: without carrier an open would wait for it.
-    ModbusLock lock(::open(path.c_str(), O_RDWR | O_NOCTTY | O_NONBLOCK | O_CLOEXEC));
+    MachineLock lock(::open(path.c_str(), O_RDWR | O_NOCTTY | O_NONBLOCK | O_CLOEXEC));
     if (lock.descriptor_ < 0) {
         throw ConnectionLost(fmt::format("cannot open {}: {}; is the adapter plugged in, and may you use it?", path, reason(errno)));
     }
@@ -36,15 +36,15 @@ ModbusLock ModbusLock::of_device(const std::string& path) {
     return lock;
 }
 
-ModbusLock ModbusLock::of_peer(const std::string& numeric_host, int port) {
+MachineLock MachineLock::of_peer(const std::string& numeric_host, int port) {
     const std::string peer = fmt::format("{}:{}", numeric_host, port);
-    const std::string name = fmt::format("palpate-modbus-{}", peer);
+    const std::string name = fmt::format("palpate-machine-{}", peer);
     sockaddr_un address{};
     address.sun_family = AF_UNIX;
     // The first byte stays zero: an abstract name, which no file and no crash can leave behind.
     const std::size_t length = std::min(name.size(), sizeof address.sun_path - 1);
     std::copy_n(name.begin(), length, &address.sun_path[1]);
-    ModbusLock lock(::socket(AF_UNIX, SOCK_DGRAM | SOCK_CLOEXEC, 0));
+    MachineLock lock(::socket(AF_UNIX, SOCK_DGRAM | SOCK_CLOEXEC, 0));
     if (lock.descriptor_ < 0) throw ConnectionLost(fmt::format("cannot make a socket: {}", reason(errno)));
     const auto size = static_cast<socklen_t>(offsetof(sockaddr_un, sun_path) + 1 + length);
     if (::bind(lock.descriptor_, reinterpret_cast<const sockaddr*>(&address), size) != 0) {
@@ -54,13 +54,13 @@ ModbusLock ModbusLock::of_peer(const std::string& numeric_host, int port) {
     return lock;
 }
 
-ModbusLock::~ModbusLock() {
+MachineLock::~MachineLock() {
     if (descriptor_ >= 0) ::close(descriptor_);
 }
 
-ModbusLock::ModbusLock(ModbusLock&& other) noexcept : descriptor_(std::exchange(other.descriptor_, -1)) {}
+MachineLock::MachineLock(MachineLock&& other) noexcept : descriptor_(std::exchange(other.descriptor_, -1)) {}
 
-ModbusLock& ModbusLock::operator=(ModbusLock&& other) noexcept {
+MachineLock& MachineLock::operator=(MachineLock&& other) noexcept {
     std::swap(descriptor_, other.descriptor_);
     return *this;
 }

@@ -1,18 +1,19 @@
-// A machine with a GRBL-family controller on a serial port.
+// A machine with a GRBL-family controller at the other end of a serial port or of a network.
 #pragma once
+
+#include <memory>
 
 #include "devices/clock.h"
 #include "devices/grbl/grbl_device.h"
 #include "devices/machine.h"
-#include "devices/posix/serial_port.h"
 #include "devices/stop_request.h"
 
 namespace palpate {
 
-class SerialGrblMachine final : public Machine {
+class StreamGrblMachine final : public Machine {
 public:
-    // Throws as SerialPort and GrblDevice do.
-    SerialGrblMachine(const SerialPortOptions& port, const GrblOptions& options, StopToken stop = {});
+    // Throws as GrblDevice does.
+    StreamGrblMachine(std::unique_ptr<ByteStream> stream, const GrblOptions& options, StopToken stop = {});
 
     [[nodiscard]] ProbeDevice& device() override { return device_; }
     [[nodiscard]] MachineReport report() override;
@@ -23,7 +24,7 @@ public:
 
 private:
     SteadyClock clock_;
-    SerialPort port_;
+    const std::unique_ptr<ByteStream> stream_;
     GrblDevice device_;
 };
 

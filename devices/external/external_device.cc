@@ -1,0 +1,352 @@
+#include "devices/external/external_device.h"
+
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <utility>
+
+#include "devices/errors.h"
+#include "devices/external/internal/external_talk.h"
+#include "devices/internal/way.h"
+#include "planner/number_text.h"
+
+namespace palpate {
+namespace {
+
+using namespace std::chrono_literals;
+
+// From one sign of life to the next, of both sides.
+constexpr auto kAlive = 100ms;
+// What a move may take beyond its duration as it is reckoned.
+constexpr double kPatience = 2.0;
+constexpr auto kMoreTime = 5s;
+// mm: so far beside its way a tool that is under way may be seen: axes are not read at one instant.
+constexpr double kOffWay = 0.1;
+// Both ends and the touch are rounded.
+constexpr double kRoundings = 3.0;
+// A probe that bounces while it opens may close again; more often than this it is stuck.
+constexpr int kBounces = 5;
+// A contact that bounces, or a spark on its lead, is over by then.
+constexpr auto kSettling = 500ms;
+
+}  // namespace
+
+struct ExternalDevice::End {
+    enum class By { target, probe, stop };
+    By by = By::target;
+    std::optional<Point> touched;  // mm, machine coordinates
+    Point rest = Point::Zero();
+    bool is_probe_closed = false;
+};
+
+ExternalDevice::ExternalDevice(ByteStream& stream, Clock& clock, const ExternalOptions& options, StopToken stop)
+    : options_(options),
+      stop_(std::move(stop)),
+      talk_(std::make_unique<external::Talk>(stream, clock, to_nanoseconds(options.slowest_answer))) {
+    require_stopping(options_.motion);
+    greet();
+    position_ = state().position;
+}
+
+ExternalDevice::~ExternalDevice() = default;
+
+std::string ExternalDevice::name() const { return talk_->name(); }
+
+double ExternalDevice::tolerance() const { return kRoundings * std::max(options_.motion.resolution_mm, hello_.resolution_mm); }
+
+Point ExternalDevice::rounded(const Point& machine) const {
+    const double unit = options_.motion.resolution_mm;
+    return (machine / unit).array().round() * unit;
+}
+
+void ExternalDevice::lose(const std::string& what) {
+    is_lost_ = true;
+    talk_->refuse(what);
+}
+
+// --- asking ----------------------------------------------------------------------------------------------------------
+
+void ExternalDevice::greet() {
+    const external::Line line = talk_->ask_hello(options_.silence.count());
+    if (!line.name || !line.limits || !line.feed || !line.acceleration || !line.resolution || !line.stops_at_touch || !line.latches) {
+        lose("answers \"hello\" without all of name, limits, feed, acceleration, resolution, stops_at_touch and latches");
+    }
+    hello_ = {*line.name, *line.limits, *line.feed, *line.acceleration, *line.resolution};
+    if (!hello_.limits.is_valid() || !(hello_.feed_mm_per_s > 0) || !(hello_.acceleration_mm_per_s2 > 0) || !(hello_.resolution_mm > 0)) {
+        lose("says limits, a feed, an acceleration or a resolution that no machine has");
+    }
+    const char* const missing = !*line.stops_at_touch ? "does not stop by itself at a touch (stops_at_touch)"
+                                : !*line.latches      ? "does not know where it touched, only where it came to rest (latches)"
+                                                      : nullptr;
+    if (missing == nullptr) return;
+    is_lost_ = true;
+    throw DeviceError(fmt::format("{} on {} {}: that is not safe to probe with, and nothing moves", hello_.name, name(), missing));
+}
+
+ExternalState ExternalDevice::state() {
+    const external::Line line = talk_->ask("state");
+    if (!line.position || !line.moving || !line.probe_closed || !line.homed || !line.fault) {
+        lose("answers \"state\" without all of position, moving, probe, homed and fault");
+    }
+    return {*line.position, *line.moving, *line.probe_closed, *line.homed, *line.fault};
+}
+
+void ExternalDevice::make_ready() {
+    const ExternalState state = this->state();
+    if (!state.fault.empty()) throw DeviceAlarm(0, fmt::format("{} on {} has a fault: {}", hello_.name, name(), state.fault));
+    if (!state.is_homed) {
+        throw DeviceAlarm(
+            0, fmt::format("{} on {} is not homed, so nobody knows where the tool is: home it by its own means", hello_.name, name()));
+    }
+    if (state.is_moving) throw DeviceAlarm(0, fmt::format("{} on {} moves: let it come to rest, then go on", hello_.name, name()));
+    if (state.is_probe_closed) {
+        throw ProbeClosed(
+            fmt::format("the probe of {} on {} is closed before anything moves: does it touch something?", hello_.name, name()));
+    }
+    // devices/FACTS.md, "Safety floor": what the stopping distance was computed with has to be true.
+    if (hello_.acceleration_mm_per_s2 < options_.motion.acceleration_mm_per_s2) {
+        throw DeviceError(
+            fmt::format("{} on {} accelerates with {} at the most, less than machine.acceleration, {}: it would run on too far after a "
+                        "touch; lower machine.acceleration to that",
+                        hello_.name, name(), number_text(hello_.acceleration_mm_per_s2, " mm/s²"),
+                        number_text(options_.motion.acceleration_mm_per_s2, " mm/s²")));
+    }
+    position_ = state.position;
+}
+
+// --- moving ----------------------------------------------------------------------------------------------------------
+
+MoveResult ExternalDevice::guarded_move(const Point& target, Pace pace) {
+    if (stop_.halt_requested()) throw Stopped(fmt::format("stopped before a move; the tool rests at {}", point_text(position())));
+    if (is_lost_) throw PositionLost(fmt::format("nothing moves on {} after its last fault before a new connection", name()));
+    if (!target.allFinite()) {
+        throw DeviceError(fmt::format("the target {} of a move is not finite: give three numbers in mm", point_text(target)));
+    }
+    const Point goal = rounded(target + options_.origin);
+    if (!hello_.limits.contains(goal, tolerance())) {
+        throw OutOfLimits(fmt::format("the target {} lies beyond the limits of {}, {} to {} (machine): nothing was sent", point_text(goal),
+                                      hello_.name, point_text(hello_.limits.min), point_text(hello_.limits.max)));
+    }
+    const Point start = position_;
+    if (is_at(goal)) return {MoveResult::Outcome::reached, target};
+    End end;
+    try {
+        end = run({start, goal}, pace, false, OnStop::go_back);
+    } catch (const DeviceRefused&) {
+        if (!state().is_probe_closed) throw;
+        throw ProbeClosed(fmt::format("the probe of {} on {} is closed where a move begins, at {}: nothing has moved; free it", hello_.name,
+                                      name(), point_text(position())));
+    }
+    position_ = end.rest;
+    MoveResult result;
+    result.position = end.touched ? Point(*end.touched - options_.origin) : target;
+    if (!end.touched) {
+        position_ = goal;
+        return result;
+    }
+    result.outcome = MoveResult::Outcome::contact;
+    result.held = end.is_probe_closed;
+    const double overrun = (end.rest - *end.touched).norm();
+    back_off(*end.touched, start, end.is_probe_closed);
+    if (overrun > options_.motion.overtravel_mm) {
+        is_lost_ = true;
+        throw DeviceError(fmt::format(
+            "{} on {} ran on {:g} mm past a touch, more than the probe's overtravel of {:g} mm: lower machine.feeds, or correct "
+            "machine.acceleration and machine.latency{}",
+            hello_.name, name(), overrun, options_.motion.overtravel_mm, talk_->history()));
+    }
+    return result;
+}
+
+void ExternalDevice::ask_to_stop() noexcept {
+    is_lost_ = true;
+    try {
+        (void)talk_->send([](std::uint64_t id) { return external::ask(id, "stop"); });
+    } catch (const DeviceError&) {
+        // It is gone, and stops by itself.
+    }
+}
+
+ExternalDevice::End ExternalDevice::run(const Way& way, Pace pace, bool until_open, OnStop on_stop) {
+    const double feed = std::min(options_.motion.feeds.of(pace), hello_.feed_mm_per_s);
+    const double acceleration = std::min(options_.motion.acceleration_mm_per_s2, hello_.acceleration_mm_per_s2);
+    const external::Move move{pace == Pace::travel, way.target, feed, acceleration, until_open};
+    try {
+        const std::uint64_t id = talk_->send([&](std::uint64_t number) { return external::ask_move(number, move); });
+        End end = wait_for_end(way, id, feed, on_stop);
+        check(end, way, feed);
+        return end;
+    } catch (const BadAnswer&) {
+        ask_to_stop();
+        throw;
+    } catch (const ConnectionLost&) {
+        is_lost_ = true;
+        throw;
+    }
+}
+
+ExternalDevice::End ExternalDevice::wait_for_end(const Way& way, std::uint64_t move, double feed_mm_per_s, OnStop on_stop) {
+    const auto longest = to_nanoseconds(kPatience * move_duration(options_.motion, way.length, feed_mm_per_s)) + kMoreTime;
+    const auto begun = talk_->now();
+    auto heard = begun;
+    auto next_sign = begun + kAlive;
+    while (true) {
+        if (on_stop == OnStop::go_back && stop_.halt_requested()) go_back_and_throw(way, stop_move(way, move));
+        const auto line = talk_->receive(next_sign);
+        const auto now = talk_->now();
+        if (now >= next_sign) {
+            talk_->say_alive();
+            next_sign = now + kAlive;
+        }
+        if (line) heard = now;
+        if (line && line->id) {
+            if (*line->id != move) lose(fmt::format("answers question {}, not {}", *line->id, move));
+            if (!line->error) return to_end(*line);
+            throw DeviceRefused(0, fmt::format("{} on {} refuses a move: {}{}", hello_.name, name(), *line->error, talk_->history()));
+        }
+        if (line && line->position) check_seen(way, *line->position);
+        if (now - begun > longest) {
+            ask_to_stop();
+            throw DeviceTimeout(fmt::format("a move of {} on {} took far longer than its feed explains and was told to stop{}", hello_.name,
+                                            name(), talk_->history()));
+        }
+        if (now - heard > to_nanoseconds(options_.silence)) {
+            ask_to_stop();
+            talk_->fail_silent("a sign of life in a move, which was told to stop");
+        }
+    }
+}
+
+ExternalDevice::End ExternalDevice::stop_move(const Way& way, std::uint64_t move) {
+    const std::uint64_t stop = talk_->send([](std::uint64_t id) { return external::ask(id, "stop"); });
+    const auto until = talk_->now() + talk_->answer_time() + kMoreTime;
+    std::optional<End> end;
+    while (const auto line = talk_->receive(until)) {
+        if (!line->id) continue;
+        if (*line->id == move && !end) {
+            if (line->error) lose(fmt::format("refuses a move that it was told to stop: {}", *line->error));
+            end = to_end(*line);
+            if (way.distance_to(end->rest) > tolerance()) {
+                lose(fmt::format("stopped, and reports that it rests at {}, which is not on its way", point_text(end->rest)));
+            }
+        } else if (*line->id == stop && end) {
+            return *end;
+        } else {
+            lose(fmt::format("answers question {} while the end of a move and then of a stop are awaited", *line->id));
+        }
+    }
+    is_lost_ = true;
+    talk_->fail_silent("the end of a move that it was told to stop");
+}
+
+ExternalDevice::End ExternalDevice::to_end(const external::Line& line) {
+    using By = End::By;
+    if (!line.ended || !line.position || !line.probe_closed) lose("answers a move without all of ended, position and probe");
+    End end{By::target, {}, *line.position, *line.probe_closed};
+    if (*line.ended == "probe") {
+        if (!line.touched) lose("answers a move that the probe ended without touched");
+        end.by = By::probe;
+        end.touched = line.touched;
+    } else if (*line.ended == "stopped") {
+        end.by = By::stop;
+    } else if (*line.ended != "target") {
+        lose(fmt::format("says that a move was ended by \"{}\"; allowed: target, probe, stopped", *line.ended));
+    }
+    return end;
+}
+
+void ExternalDevice::check(const End& end, const Way& way, double feed_mm_per_s) {
+    if (end.by == End::By::stop) {
+        is_lost_ = true;
+        throw DeviceAlarm(0, fmt::format("{} on {} says that it was stopped, and not by Palpate: see where the tool is, then resume{}",
+                                         hello_.name, name(), talk_->history()));
+    }
+    const std::string problem = problem_of({end.touched, end.rest}, way, tolerance());
+    if (!problem.empty()) lose(fmt::format("{} (move from {} to {})", problem, point_text(way.start), point_text(way.target)));
+    if (!end.touched) return;
+    const double overrun = (end.rest - *end.touched).norm();
+    const double longest =
+        kPatience * std::max(options_.motion.overtravel_mm, stopping_distance(options_.motion, feed_mm_per_s)) + tolerance();
+    if (overrun > longest) {
+        lose(fmt::format("reports that it rests {} mm past where the probe changed: it did not stop for it", number_text(overrun)));
+    }
+}
+
+void ExternalDevice::check_seen(const Way& way, const Point& reported) {
+    if (way.distance_to(reported) <= kOffWay + tolerance()) return;
+    lose(fmt::format("is seen at {}, off its way from {} to {}", point_text(reported), point_text(way.start), point_text(way.target)));
+}
+
+// --- going back ------------------------------------------------------------------------------------------------------
+
+Point ExternalDevice::before(const Point& place, const Point& start) const {
+    const Vector back = start - place;
+    const double length = back.norm();
+    const double share = length > 0 ? std::min(options_.motion.retract_mm, length) / length : 0.0;
+    return rounded(place + share * back);
+}
+
+void ExternalDevice::back_off(const Point& contact, const Point& start, bool is_closed) {
+    Point goal = before(contact, start);
+    for (int bounce = 0; bounce < kBounces; ++bounce) {
+        if (is_closed) {
+            if (is_at(start)) {
+                if (!opens_soon()) break;
+                return;
+            }
+            const End end = run({position_, start}, Pace::probe, true, OnStop::finish);
+            position_ = end.rest;
+            is_closed = end.is_probe_closed;
+            if (end.touched) goal = before(*end.touched, start);
+            continue;
+        }
+        // Never deeper.
+        if (is_at(goal) || (position_ - start).norm() < (goal - start).norm()) return;
+        const End end = run({position_, goal}, Pace::probe, false, OnStop::finish);
+        position_ = end.touched ? end.rest : goal;
+        is_closed = end.is_probe_closed;
+    }
+    is_lost_ = true;
+    throw ProbeClosed(
+        fmt::format("the probe of {} on {} stays closed although the tool went back to {}: the tool is pressed against something, or the "
+                    "probe is stuck, bent, or its lead shorted. Free it, then resume{}",
+                    hello_.name, name(), point_text(position()), talk_->history()));
+}
+
+bool ExternalDevice::opens_soon() {
+    const auto until = talk_->now() + kSettling;
+    while (talk_->now() < until) {
+        if (!state().is_probe_closed) return true;
+    }
+    return false;
+}
+
+void ExternalDevice::go_to(const Point& start) {
+    if (is_at(start)) return;
+    const End end = run({position_, start}, Pace::probe, false, OnStop::finish);
+    position_ = end.touched ? end.rest : start;
+    if (!end.touched) return;
+    is_lost_ = true;
+    throw ProbeClosed(fmt::format("on the way back to {} the probe touched something, at {}: look what is there before you go on",
+                                  point_text(start - options_.origin), point_text(*end.touched - options_.origin)));
+}
+
+void ExternalDevice::go_back_and_throw(const Way& way, const End& end) {
+    position_ = end.rest;
+    back_off(end.touched.value_or(end.rest), way.start, end.is_probe_closed);
+    go_to(way.start);
+    throw Stopped(fmt::format("stopped by the operator; the tool went back to {} and rests there", point_text(position())));
+}
+
+void ExternalDevice::stop() { (void)talk_->ask("stop"); }
+
+void ExternalDevice::retreat(const Point& target) {
+    const Point goal = rounded(target + options_.origin);
+    const ExternalState state = this->state();
+    if (!state.fault.empty()) throw DeviceAlarm(0, fmt::format("{} on {} has a fault: {}", hello_.name, name(), state.fault));
+    position_ = state.position;
+    back_off(position_, goal, state.is_probe_closed);
+    go_to(goal);
+}
+
+}  // namespace palpate
