@@ -9,6 +9,12 @@
 
 namespace palpate {
 
+// Of a run over a body of which only the bounding box (mm) is known: a guess, within a factor of two mostly.
+[[nodiscard]] double expected_samples(const Vector& size, double epsilon);
+
+// By what a tolerance multiplies these samples: a guess, within a factor of three and a half on the examples, as shapes differ.
+[[nodiscard]] double expected_refinement(double tolerance, double epsilon);
+
 class ProgressEstimate {
 public:
     // `epsilon`: mm.

@@ -18,11 +18,13 @@ void RunEstimate::note(std::chrono::nanoseconds now, const Progress& progress, c
     // A touch brings a sample, or two facets, or is an audit.
     const double audited = 2 * static_cast<double>(progress.audited);
     const double audits = audited + 2 * static_cast<double>(progress.audits_left);
-    time_left_.note(now, facets + audited, facets / covered_.value_or(progress.fraction_done) + audits);
+    const double whole = facets / covered_.value_or(progress.fraction_done) + 2 * static_cast<double>(progress.tolerance_left);
+    share_ = whole > 0 ? facets / whole : 0;
+    time_left_.note(now, facets + audited, whole + audits);
 }
 
 double RunEstimate::fraction_done(const Progress& progress) const {
-    return std::min(kAlmostDone, covered_.value_or(progress.fraction_done));
+    return std::min(kAlmostDone, covered_ || progress.tolerance_left > 0 ? share_ : progress.fraction_done);
 }
 
 }  // namespace palpate

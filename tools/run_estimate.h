@@ -24,6 +24,7 @@ public:
 
 private:
     std::optional<double> covered_;  // share of the surface
+    double share_ = 0.0;             // of the facets that there will be
     TimeLeft time_left_;
 };
 

@@ -3,8 +3,10 @@
 #include <fmt/format.h>
 
 #include <algorithm>
+#include <cmath>
 #include <utility>
 
+#include "planner/progress_estimate.h"
 #include "tools/calibration_file.h"
 #include "tools/earlier_session.h"
 #include "tools/provenance.h"
@@ -50,25 +52,38 @@ std::vector<std::filesystem::path> inputs_of(const SessionConfig& config, const 
     return inputs;
 }
 
+// Measured on the examples: touches and way (in epsilon) for a sample.
+struct PerSample {
+    double touches = 0.0;
+    double way = 0.0;
+};
+
+PerSample per_sample(const Options& options) {
+    switch (options.inference()) {
+        case Strategy::Infer::reach:
+            return {1.05, 3.2};
+        case Strategy::Infer::none:
+            return options.strategy.explore == Strategy::Explore::closure ? PerSample{5.8, 70} : PerSample{18, 200};
+        default:
+            return {1.15, 4.2};
+    }
+}
+
 ExpectedEffort expected_effort(const SessionConfig& config) {
-    // Measured on the examples: samples per that of the hexagonal bound, touches and way (in epsilon) per sample with and without a bound
-    // on the reach, and of that way what is gone as a probe.
-    constexpr double kSamplesPerBound = 1.75;
-    const bool has_bound = config.probing.reach.has_value();
-    const double touches_per_sample = has_bound ? 1.2 : 2.8;
-    const double way_per_sample = (has_bound ? 3.5 : 11.0) * config.probing.epsilon;
+    // Of the way, what is gone as a probe.
     constexpr double kProbed = 0.4;
-    // Of a part that fills most of the workspace.
-    constexpr double kArea = 0.6;
     const Box around = machine_workspace(config).bounds();
-    const Vector size = around.max - around.min;
-    const double area = kArea * 2 * (size.x() * size.y() + size.y() * size.z() + size.z() * size.x());
-    const double samples = kSamplesPerBound * lower_bound_samples(area, config.probing.epsilon);
+    const double base = expected_samples(around.max - around.min, config.probing.epsilon);
+    const auto tolerance = config.probing.tolerance;
+    const double samples = base * (tolerance ? expected_refinement(*tolerance, config.probing.epsilon) : 1);
+    const PerSample each = per_sample(config.probing);
+    // Samples that lie closer have less of it between them.
+    const double way = each.way * config.probing.epsilon * std::sqrt(base * samples);
     Cost cost;
-    cost.contact = static_cast<std::uint64_t>(touches_per_sample * samples);
-    cost.probing = kProbed * way_per_sample * samples;
-    cost.travel = (1 - kProbed) * way_per_sample * samples;
-    ExpectedEffort effort{touches_per_sample * samples, estimate_machine_time(cost, machine_rates(config.machine->motion))};
+    cost.contact = static_cast<std::uint64_t>(each.touches * samples);
+    cost.probing = kProbed * way;
+    cost.travel = (1 - kProbed) * way;
+    ExpectedEffort effort{each.touches * samples, estimate_machine_time(cost, machine_rates(config.machine->motion))};
     const Budget& budget = config.probing.budget;
     if (budget.probes && static_cast<double>(*budget.probes) < effort.touches) {
         effort.time *= static_cast<double>(*budget.probes) / effort.touches;

@@ -359,6 +359,7 @@ bool ProbingLoop::approach_tolerance() {
     const SampledSurface surface = sampled_surface();
     if (surface.mesh.triangles.empty()) return false;
     std::vector<ToleranceSearch::Place> places = tolerance_->places(surface);
+    touched_before_ = tolerance_->evidence().touched;
     const bool is_audit = places.empty();
     if (is_audit && std::exchange(audited_tolerance_, true)) return false;
     if (is_audit) places = tolerance_->draw(surface, growth_->audit_quota());
@@ -415,7 +416,19 @@ void ProbingLoop::report() {
         progress.audits_left = growth_->audits_left();
     }
     progress.fraction_done = progress_.fraction(head_.touches(), state_.sample_count());
+    if (tolerance_) progress.tolerance_left = tolerance_left(progress.fraction_done);
     observer_.on_progress(progress, view());
+}
+
+std::uint64_t ProbingLoop::tolerance_left(double fraction_done) const {
+    double left = 0;
+    if (const auto expected = tolerance_->expected_touches()) {
+        left = *expected - static_cast<double>(tolerance_->evidence().touched - touched_before_);
+    } else if (fraction_done > 0) {
+        const double samples = static_cast<double>(state_.sample_count()) / fraction_done;
+        left = samples * (expected_refinement(*options_.tolerance, options_.epsilon) - 1);
+    }
+    return static_cast<std::uint64_t>(std::max(left, 0.0));
 }
 
 RunView ProbingLoop::view() const {

@@ -77,6 +77,8 @@ private:
     [[nodiscard]] std::vector<BadFacet> bad_facets(const RestrictedSurface& surface) const;
     // Inserts the ball's centre, or has it touched first if it was inferred. False if it is gone.
     bool refine(const SurfaceBall& ball, Touch::Role role, double spacing);
+    // About how many touches the tolerance takes still.
+    [[nodiscard]] std::uint64_t tolerance_left(double fraction_done) const;
     [[nodiscard]] RunView view() const;
     void report();
 
@@ -95,6 +97,7 @@ private:
     std::optional<EarlierTouches> earlier_;
     std::optional<ToleranceSearch> tolerance_;
     bool audited_tolerance_ = false;
+    std::uint64_t touched_before_ = 0;  // when places for the tolerance were asked for last
     std::priority_queue<SurfaceBall> bad_;
     std::set<std::uint32_t> faceted_;  // first touches that were given a seed facet, or for which that was tried
     std::size_t max_samples_ = 0;

@@ -118,6 +118,7 @@ std::vector<ToleranceSearch::Place> ToleranceSearch::places(const SampledSurface
     evidence_.unmet_facets = 0;
     const FineSurface fine = curved(surface);
     const double scale = evidence_.scale = this->scale();
+    expected_touches_ = 0;
     std::vector<Place> places;
     for (std::uint32_t f = 0; f < surface.mesh.triangles.size(); ++f) {
         if (!surface.is_known.empty() && surface.is_known[f] != 0) continue;
@@ -125,6 +126,8 @@ std::vector<ToleranceSearch::Place> ToleranceSearch::places(const SampledSurface
         const double foretold = scale * fine.worst[f];
         evidence_.foretold = std::max(evidence_.foretold, foretold);
         if (!(foretold > options_.tolerance)) continue;
+        // It goes with the cube of the spacing, and there are two facets to a sample.
+        *expected_touches_ += std::max(1.0, std::pow(foretold / options_.tolerance, 2.0 / 3) - 1) / 2;
         Place place = fine.place(surface, f, fine.middle[f]);
         place.spacing = std::max(place.spacing, options_.spacing_min);
         if (surface.ball_radii[f] < options_.spacing_min) {

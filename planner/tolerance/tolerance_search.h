@@ -61,6 +61,8 @@ public:
     void note_audit(const Place& place, const std::optional<Point>& met);
 
     [[nodiscard]] const DeviationEvidence& evidence() const { return evidence_; }
+    // About how many touches it took from when places were asked for last, as far as could be foretold then; nothing before.
+    [[nodiscard]] std::optional<double> expected_touches() const { return expected_touches_; }
 
 private:
     struct FineSurface;
@@ -75,6 +77,7 @@ private:
     [[nodiscard]] static bool is_near(const std::vector<Point>& points, const Place& place);
 
     const Options options_;
+    std::optional<double> expected_touches_;
     std::mt19937_64 random_;
     DeviationEvidence evidence_;
     std::deque<double> surprises_;                    // over what was stated, the latest ones

@@ -27,7 +27,7 @@ const Point kStart(0, 0, 40);
 class ConformanceTest : public ::testing::Test {
 protected:
     ConformanceTest() {
-        options.motion.feeds = {20, 10, 8};
+        options.motion.feeds = {40, 20, 16};
         options.motion.acceleration_mm_per_s2 = 500;
         options.limits = Box{Point::Constant(-50), Point::Constant(50)};
         options.reach_mm = kReach;

@@ -2,6 +2,7 @@
 
 #include <gtest/gtest.h>
 
+#include <algorithm>
 #include <string>
 #include <vector>
 
@@ -53,6 +54,16 @@ double share_within_a_third(const std::vector<Said>& all) {
 TEST(RunEstimate, OfTheTimeThatIsLeftIsMostlyRightFromHalfOn) {
     EXPECT_GT(share_within_a_third(said_during("torus", {"probing.epsilon=0.03"})), 0.7);
     EXPECT_GT(share_within_a_third(said_during("bunny", {"probing.epsilon=0.3", "probing.strategy={infer: none}"})), 0.7);
+}
+
+// The base is a small part of it, and is not taken for all.
+TEST(RunEstimate, KnowsOfATolerance) {
+    const std::vector<Said> all =
+        said_during("genus2", {"probing.epsilon=0.15", "probing.reach=null", "probing.strategy=adaptive", "probing.tolerance=0.002"});
+    const auto half = std::ranges::find_if(all, [&](const Said& said) { return 2 * said.at >= all.back().at; });
+    EXPECT_GT(half->fraction, 0.25);
+    EXPECT_LT(half->fraction, 0.75);
+    EXPECT_GT(share_within_a_third(all), 0.5);
 }
 
 TEST(RunEstimate, IsThereFromATenthOn) {
