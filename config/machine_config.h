@@ -37,6 +37,7 @@ struct ExternalSpec {
     std::string address;               // ... or that, "HOST:PORT"
     Seconds silence{0.5};
     Seconds slowest_answer{2.0};
+    Seconds start_time{10.0};
 };
 
 using ConnectionSpec = std::variant<GrblSpec, ModbusSpec, ExternalSpec>;

@@ -4,9 +4,6 @@
 #include <fmt/ranges.h>
 #include <spdlog/spdlog.h>
 
-#include <algorithm>
-#include <cmath>
-
 #include "config/modbus_profile_reader.h"
 #include "devices/external/external_machine.h"
 #include "devices/grbl/stream_grbl_machine.h"
@@ -17,7 +14,6 @@
 #include "planner/number_text.h"
 #include "tools/session_plan.h"
 #include "tools/session_surroundings.h"
-#include "tools/terminal/time_left.h"
 
 namespace palpate {
 namespace {
@@ -57,7 +53,7 @@ std::unique_ptr<Machine> connect_to(const ModbusSpec& modbus, const MachineSetti
 }
 
 std::unique_ptr<Machine> connect_to(const ExternalSpec& external, const MachineSettings& settings, const StopToken& stop) {
-    const ExternalOptions options{settings.motion, settings.origin, external.silence, external.slowest_answer};
+    const ExternalOptions options{settings.motion, settings.origin, external.silence, external.slowest_answer, external.start_time};
     std::unique_ptr<ByteStream> stream;
     if (external.command.empty()) {
         stream = std::make_unique<TcpStream>(*parse_tcp_address(fmt::format("{}{}", kTcpScheme, external.address)));
@@ -89,12 +85,6 @@ std::string describe_connecting(const ModbusSpec& modbus) {
 std::string describe_connecting(const ExternalSpec& external) {
     return external.command.empty() ? fmt::format("connecting to the program at {}", external.address)
                                     : fmt::format("starting {}", fmt::join(external.command, " "));
-}
-
-// No more is known of a guess.
-double two_digits(double x) {
-    const double unit = std::pow(10, std::floor(std::log10(std::max(x, 1.0))) - 1);
-    return std::round(x / unit) * unit;
 }
 
 const char* to_sentence(PlannedMotion::Kind kind) {
@@ -140,9 +130,7 @@ std::string describe_plan(const PlannedMotion& plan, const SessionConfig& config
         text += fmt::format("first move {} {}\n", is_touch ? "a probe towards" : "to", point_text(*plan.first_target));
     }
     if (plan.kind == PlannedMotion::Kind::begin) {
-        const ExpectedEffort effort = expected_effort(config);
-        text += fmt::format("effort     about {:.0f} touches in {} of motion if the part fills the workspace\n", two_digits(effort.touches),
-                            duration_text(effort.time));
+        text += fmt::format("effort     {}\n", effort_text(config));
     }
     text += to_sentence(plan.kind);
     if (const auto& datum = config.machine->datum) {

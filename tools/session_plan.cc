@@ -12,11 +12,54 @@
 #include "tools/provenance.h"
 #include "tools/session_files.h"
 #include "tools/session_surroundings.h"
+#include "tools/terminal/time_left.h"
 
 namespace palpate {
 namespace {
 
 std::string full_key(std::string_view connection) { return fmt::format("machine.{}", connection); }
+
+// Measured on the examples: touches and way (in epsilon) for a sample.
+struct PerSample {
+    double touches = 0.0;
+    double way = 0.0;
+};
+
+PerSample per_sample(const Options& options) {
+    switch (options.inference()) {
+        case Strategy::Infer::reach:
+            return {1.05, 3.2};
+        case Strategy::Infer::none:
+            return options.strategy.explore == Strategy::Explore::closure ? PerSample{5.8, 70} : PerSample{18, 200};
+        default:
+            return {1.15, 4.2};
+    }
+}
+
+struct Expected {
+    double base = 0.0;  // samples without a tolerance
+    double samples = 0.0;
+    PerSample each;
+
+    [[nodiscard]] double touches() const { return each.touches * samples; }
+};
+
+Expected expected(const Options& options, const Vector& size) {
+    const double base = expected_samples(size, options.epsilon);
+    return {base, base * (options.tolerance ? expected_refinement(*options.tolerance, options.epsilon) : 1), per_sample(options)};
+}
+
+// No more is known of a guess.
+double two_digits(double x) {
+    const double unit = std::pow(10, std::floor(std::log10(std::max(x, 1.0))) - 1);
+    return std::round(x / unit) * unit;
+}
+
+std::string touches_text(double touches) { return fmt::format("about {:.0f} touches", two_digits(touches)); }
+
+std::string doubt_text(const Options& options) {
+    return options.tolerance ? "; how many a tolerance takes depends on the shape: a third of that, or three times" : "";
+}
 
 }  // namespace
 
@@ -52,44 +95,34 @@ std::vector<std::filesystem::path> inputs_of(const SessionConfig& config, const 
     return inputs;
 }
 
-// Measured on the examples: touches and way (in epsilon) for a sample.
-struct PerSample {
-    double touches = 0.0;
-    double way = 0.0;
-};
-
-PerSample per_sample(const Options& options) {
-    switch (options.inference()) {
-        case Strategy::Infer::reach:
-            return {1.05, 3.2};
-        case Strategy::Infer::none:
-            return options.strategy.explore == Strategy::Explore::closure ? PerSample{5.8, 70} : PerSample{18, 200};
-        default:
-            return {1.15, 4.2};
-    }
-}
-
 ExpectedEffort expected_effort(const SessionConfig& config) {
     // Of the way, what is gone as a probe.
     constexpr double kProbed = 0.4;
     const Box around = machine_workspace(config).bounds();
-    const double base = expected_samples(around.max - around.min, config.probing.epsilon);
-    const auto tolerance = config.probing.tolerance;
-    const double samples = base * (tolerance ? expected_refinement(*tolerance, config.probing.epsilon) : 1);
-    const PerSample each = per_sample(config.probing);
+    const Expected expected = palpate::expected(config.probing, around.max - around.min);
     // Samples that lie closer have less of it between them.
-    const double way = each.way * config.probing.epsilon * std::sqrt(base * samples);
+    const double way = expected.each.way * config.probing.epsilon * std::sqrt(expected.base * expected.samples);
     Cost cost;
-    cost.contact = static_cast<std::uint64_t>(each.touches * samples);
+    cost.contact = static_cast<std::uint64_t>(expected.touches());
     cost.probing = kProbed * way;
     cost.travel = (1 - kProbed) * way;
-    ExpectedEffort effort{each.touches * samples, estimate_machine_time(cost, machine_rates(config.machine->motion))};
+    ExpectedEffort effort{expected.touches(), estimate_machine_time(cost, machine_rates(config.machine->motion))};
     const Budget& budget = config.probing.budget;
     if (budget.probes && static_cast<double>(*budget.probes) < effort.touches) {
         effort.time *= static_cast<double>(*budget.probes) / effort.touches;
         effort.touches = static_cast<double>(*budget.probes);
     }
     return effort;
+}
+
+std::string effort_text(const SessionConfig& config) {
+    const ExpectedEffort effort = expected_effort(config);
+    return fmt::format("{} in {} of motion if the part fills the workspace{}", touches_text(effort.touches), duration_text(effort.time),
+                       doubt_text(config.probing));
+}
+
+std::string effort_text(const Options& options, const Vector& size) {
+    return touches_text(expected(options, size).touches()) + doubt_text(options);
 }
 
 std::string larger_budget(const Budget& budget) {

@@ -25,12 +25,17 @@ namespace palpate {
 // The files that a run reads.
 [[nodiscard]] std::vector<std::filesystem::path> inputs_of(const SessionConfig& config, const std::filesystem::path& file);
 
-// What a session will take if the part fills ω, roughly: the operator is to know whether it is minutes or hours.
+// What a session will take if the part fills ω, roughly: the operator is to know whether it is minutes or hours. A budget may end it
+// before.
 struct ExpectedEffort {
     double touches = 0.0;
     Seconds time{0};
 };
 [[nodiscard]] ExpectedEffort expected_effort(const SessionConfig& config);
+// "about 1,500 touches in 2 h of motion if the part fills the workspace"
+[[nodiscard]] std::string effort_text(const SessionConfig& config);
+// The same of a simulation, whose object is known: "about 1,500 touches". `size`: of its bounding box, mm.
+[[nodiscard]] std::string effort_text(const Options& options, const Vector& size);
 
 // A larger budget than one that was used up, as a word for --set.
 [[nodiscard]] std::string larger_budget(const Budget& budget);

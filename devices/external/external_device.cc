@@ -25,9 +25,11 @@ constexpr double kOffWay = 0.1;
 // Both ends and the touch are rounded.
 constexpr double kRoundings = 3.0;
 // A probe that bounces while it opens may close again; more often than this it is stuck.
-constexpr int kBounces = 5;
+constexpr int kBounces = 20;
 // A contact that bounces, or a spark on its lead, is over by then.
 constexpr auto kSettling = 500ms;
+// Of an answer that cannot be true, where nothing was sent to free the tool.
+constexpr const char* kMayBePressed = "; it may be pressed against what it touched: look, and free it by hand";
 
 }  // namespace
 
@@ -61,13 +63,14 @@ Point ExternalDevice::rounded(const Point& machine) const {
 
 void ExternalDevice::lose(const std::string& what) {
     is_lost_ = true;
-    talk_->refuse(what);
+    // Before it is greeted nothing has moved.
+    talk_->refuse(hello_.name.empty() ? what : what + kMayBePressed);
 }
 
 // --- asking ----------------------------------------------------------------------------------------------------------
 
 void ExternalDevice::greet() {
-    const external::Line line = talk_->ask_hello(options_.silence.count());
+    const external::Line line = talk_->ask_hello(options_.silence.count(), to_nanoseconds(options_.start_time));
     if (!line.name || !line.limits || !line.feed || !line.acceleration || !line.resolution || !line.stops_at_touch || !line.latches) {
         lose("answers \"hello\" without all of name, limits, feed, acceleration, resolution, stops_at_touch and latches");
     }
@@ -91,6 +94,22 @@ ExternalState ExternalDevice::state() {
     return {*line.position, *line.moving, *line.probe_closed, *line.homed, *line.fault};
 }
 
+ExternalState ExternalDevice::ready_at(const Point& start) {
+    ExternalState state = this->state();
+    if (!state.fault.empty() || !state.is_homed || state.is_moving) {
+        is_lost_ = true;
+        throw DeviceAlarm(0, fmt::format("{} on {} {}: nothing was sent; see to it, then resume", hello_.name, name(),
+                                         !state.fault.empty() ? "has a fault, " + state.fault
+                                         : state.is_moving    ? "moves, and not by Palpate"
+                                                              : "is not homed any more"));
+    }
+    if ((state.position - start).norm() > tolerance()) {
+        lose(fmt::format("says that it is at {} (machine), where it had come to rest at {}: was it moved by something else?",
+                         point_text(state.position), point_text(start)));
+    }
+    return state;
+}
+
 void ExternalDevice::make_ready() {
     const ExternalState state = this->state();
     if (!state.fault.empty()) throw DeviceAlarm(0, fmt::format("{} on {} has a fault: {}", hello_.name, name(), state.fault));
@@ -111,6 +130,10 @@ void ExternalDevice::make_ready() {
                         hello_.name, name(), number_text(hello_.acceleration_mm_per_s2, " mm/s²"),
                         number_text(options_.motion.acceleration_mm_per_s2, " mm/s²")));
     }
+    if (hello_.resolution_mm > options_.motion.resolution_mm) {
+        throw DeviceError(fmt::format("{} on {} tells positions to {}, coarser than machine.resolution, {}: say that there", hello_.name,
+                                      name(), number_text(hello_.resolution_mm, " mm"), number_text(options_.motion.resolution_mm, " mm")));
+    }
     position_ = state.position;
 }
 
@@ -129,20 +152,19 @@ MoveResult ExternalDevice::guarded_move(const Point& target, Pace pace) {
     }
     const Point start = position_;
     if (is_at(goal)) return {MoveResult::Outcome::reached, target};
-    End end;
-    try {
-        end = run({start, goal}, pace, false, OnStop::go_back);
-    } catch (const DeviceRefused&) {
-        if (!state().is_probe_closed) throw;
-        throw ProbeClosed(fmt::format("the probe of {} on {} is closed where a move begins, at {}: nothing has moved; free it", hello_.name,
+    if (ready_at(start).is_probe_closed) {
+        throw ProbeClosed(fmt::format("the probe of {} on {} is closed where a move begins, at {}: nothing was sent; free it", hello_.name,
                                       name(), point_text(position())));
     }
+    const End end = run({start, goal}, pace, false, OnStop::go_back);
     position_ = end.rest;
     MoveResult result;
     result.position = end.touched ? Point(*end.touched - options_.origin) : target;
     if (!end.touched) {
         position_ = goal;
-        return result;
+        if (!end.is_probe_closed) return result;
+        back_off(goal, start, true);
+        lose("reports no contact and a closed probe at the end of a move: it was not ended by it, and was taken back until it opened");
     }
     result.outcome = MoveResult::Outcome::contact;
     result.held = end.is_probe_closed;
@@ -191,7 +213,13 @@ ExternalDevice::End ExternalDevice::wait_for_end(const Way& way, std::uint64_t m
     auto heard = begun;
     auto next_sign = begun + kAlive;
     while (true) {
-        if (on_stop == OnStop::go_back && stop_.halt_requested()) go_back_and_throw(way, stop_move(way, move));
+        const bool halts = on_stop == OnStop::go_back ? stop_.halt_requested() : on_stop == OnStop::stay && stop_.stop_requested();
+        if (halts) {
+            const End end = stop_move(way, move);
+            if (on_stop == OnStop::go_back) go_back_and_throw(way, end);
+            position_ = end.rest;
+            throw Stopped(fmt::format("stopped by the operator; the tool rests at {}", point_text(position())));
+        }
         const auto line = talk_->receive(next_sign);
         const auto now = talk_->now();
         if (now >= next_sign) {
@@ -202,9 +230,10 @@ ExternalDevice::End ExternalDevice::wait_for_end(const Way& way, std::uint64_t m
         if (line && line->id) {
             if (*line->id != move) lose(fmt::format("answers question {}, not {}", *line->id, move));
             if (!line->error) return to_end(*line);
-            throw DeviceRefused(0, fmt::format("{} on {} refuses a move: {}{}", hello_.name, name(), *line->error, talk_->history()));
+            fail_refused(way, *line->error);
         }
-        if (line && line->position) check_seen(way, *line->position);
+        if (line && !line->position) lose("gives a sign of life without its position in a move");
+        if (line) check_seen(way, *line->position);
         if (now - begun > longest) {
             ask_to_stop();
             throw DeviceTimeout(fmt::format("a move of {} on {} took far longer than its feed explains and was told to stop{}", hello_.name,
@@ -217,19 +246,49 @@ ExternalDevice::End ExternalDevice::wait_for_end(const Way& way, std::uint64_t m
     }
 }
 
+// That nothing has moved is looked at: what fails in mid-move may say so by an error, too.
+void ExternalDevice::fail_refused(const Way& way, const std::string& why) {
+    const ExternalState state = this->state();
+    const bool has_moved = state.is_moving || !state.fault.empty() || (state.position - way.start).norm() > tolerance();
+    const std::string text = fmt::format("{} on {} refuses a move: {}", hello_.name, name(), why);
+    if (!has_moved) throw DeviceRefused(0, text + talk_->history());
+    ask_to_stop();
+    throw DeviceAlarm(0, fmt::format("{}; it is at {} (machine) and was told to stop{}{}", text, point_text(state.position), kMayBePressed,
+                                     talk_->history()));
+}
+
+ExternalDevice::End ExternalDevice::run_off(const Way& way, bool until_open) {
+    try {
+        return run(way, Pace::probe, until_open, OnStop::finish);
+    } catch (const DeviceRefused&) {
+        const ExternalState state = ready_at(way.start);
+        if (state.is_probe_closed != until_open) return {End::By::stop, {}, way.start, state.is_probe_closed};
+        is_lost_ = true;
+        throw;
+    }
+}
+
 ExternalDevice::End ExternalDevice::stop_move(const Way& way, std::uint64_t move) {
     const std::uint64_t stop = talk_->send([](std::uint64_t id) { return external::ask(id, "stop"); });
     const auto until = talk_->now() + talk_->answer_time() + kMoreTime;
     std::optional<End> end;
-    while (const auto line = talk_->receive(until)) {
-        if (!line->id) continue;
+    while (talk_->now() < until) {
+        const auto line = talk_->receive(talk_->now() + kAlive);
+        talk_->say_alive();
+        if (!line || !line->id) continue;
         if (*line->id == move && !end) {
-            if (line->error) lose(fmt::format("refuses a move that it was told to stop: {}", *line->error));
-            end = to_end(*line);
-            if (way.distance_to(end->rest) > tolerance()) {
-                lose(fmt::format("stopped, and reports that it rests at {}, which is not on its way", point_text(end->rest)));
-            }
+            // One that was refused as the stop came has not begun.
+            end = line->error ? End{End::By::stop, {}, way.start, false} : to_end(*line);
         } else if (*line->id == stop && end) {
+            if (!line->position || !line->probe_closed) lose("answers \"stop\" without position and probe");
+            // It stands now; the move may have been answered before.
+            end->rest = *line->position;
+            end->is_probe_closed = *line->probe_closed;
+            std::string problem;
+            if (end->touched) problem = problem_of({end->touched, end->rest}, way, tolerance());
+            if (way.distance_to(end->rest) > tolerance())
+                problem = fmt::format("rests at {}, which is not on its way", point_text(end->rest));
+            if (!problem.empty()) lose("was stopped, and " + problem);
             return *end;
         } else {
             lose(fmt::format("answers question {} while the end of a move and then of a stop are awaited", *line->id));
@@ -294,7 +353,7 @@ void ExternalDevice::back_off(const Point& contact, const Point& start, bool is_
                 if (!opens_soon()) break;
                 return;
             }
-            const End end = run({position_, start}, Pace::probe, true, OnStop::finish);
+            const End end = run_off({position_, start}, true);
             position_ = end.rest;
             is_closed = end.is_probe_closed;
             if (end.touched) goal = before(*end.touched, start);
@@ -302,8 +361,8 @@ void ExternalDevice::back_off(const Point& contact, const Point& start, bool is_
         }
         // Never deeper.
         if (is_at(goal) || (position_ - start).norm() < (goal - start).norm()) return;
-        const End end = run({position_, goal}, Pace::probe, false, OnStop::finish);
-        position_ = end.touched ? end.rest : goal;
+        const End end = run_off({position_, goal}, false);
+        position_ = end.by == End::By::target ? goal : end.rest;
         is_closed = end.is_probe_closed;
     }
     is_lost_ = true;
@@ -321,14 +380,14 @@ bool ExternalDevice::opens_soon() {
     return false;
 }
 
-void ExternalDevice::go_to(const Point& start) {
+void ExternalDevice::go_to(const Point& start, OnStop on_stop) {
     if (is_at(start)) return;
-    const End end = run({position_, start}, Pace::probe, false, OnStop::finish);
+    const End end = run({position_, start}, Pace::probe, false, on_stop);
     position_ = end.touched ? end.rest : start;
-    if (!end.touched) return;
+    if (!end.touched && !end.is_probe_closed) return;
     is_lost_ = true;
     throw ProbeClosed(fmt::format("on the way back to {} the probe touched something, at {}: look what is there before you go on",
-                                  point_text(start - options_.origin), point_text(*end.touched - options_.origin)));
+                                  point_text(start - options_.origin), point_text(end.touched.value_or(end.rest) - options_.origin)));
 }
 
 void ExternalDevice::go_back_and_throw(const Way& way, const End& end) {
@@ -343,10 +402,13 @@ void ExternalDevice::stop() { (void)talk_->ask("stop"); }
 void ExternalDevice::retreat(const Point& target) {
     const Point goal = rounded(target + options_.origin);
     const ExternalState state = this->state();
-    if (!state.fault.empty()) throw DeviceAlarm(0, fmt::format("{} on {} has a fault: {}", hello_.name, name(), state.fault));
-    position_ = state.position;
+    position_ = ready_at(state.position).position;
+    for (const Point& p : {goal, position_}) {
+        if (hello_.limits.contains(p, tolerance())) continue;
+        throw OutOfLimits(fmt::format("{} lies beyond the limits of {}: nothing was sent", point_text(p), hello_.name));
+    }
     back_off(position_, goal, state.is_probe_closed);
-    go_to(goal);
+    go_to(goal, OnStop::stay);
 }
 
 }  // namespace palpate

@@ -26,6 +26,7 @@ struct ExternalOptions {
     Point origin = Point::Zero();  // mm, machine coordinates: where Palpate's coordinates have their origin
     Seconds silence{0.5};          // in a move: a program that is silent for so long is dead, and so are we for it
     Seconds slowest_answer{2.0};   // that waits for no motion
+    Seconds start_time{10.0};      // from its start to its answer to `hello`
 };
 
 // What the program says of its machine. Positions and limits are machine coordinates in mm.
@@ -59,8 +60,8 @@ public:
     ExternalDevice& operator=(ExternalDevice&&) = delete;
 
     [[nodiscard]] Point position() const override { return position_ - options_.origin; }
-    // Throws ConnectionLost, DeviceTimeout, DeviceRefused, BadAnswer, ProbeClosed, OutOfLimits, DeviceAlarm (a fault of the machine), and
-    // Stopped, after the tool went back to where the move began.
+    // Asks how the machine is before it moves it. Throws ConnectionLost, DeviceTimeout, DeviceRefused, BadAnswer, ProbeClosed, OutOfLimits,
+    // DeviceAlarm (a fault of the machine, or somebody else moves it), and Stopped, after the tool went back to where the move began.
     [[nodiscard]] MoveResult guarded_move(const Point& target, Pace pace) override;
     void stop() override;
 
@@ -77,12 +78,18 @@ private:
     struct End;
     enum class OnStop {
         go_back,  // ends the move, and goes back to where it began
+        stay,     // ends the move
         finish,   // goes on: it leads off a surface, and is short
     };
     void greet();
     // One move, to its end. Whatever comes that cannot be true, the program is told to stop.
     [[nodiscard]] End run(const Way& way, Pace pace, bool until_open, OnStop on_stop);
     [[nodiscard]] End wait_for_end(const Way& way, std::uint64_t move, double feed_mm_per_s, OnStop on_stop);
+    // The same off a surface: a refusal is the probe's, which bounced since it was told of.
+    [[nodiscard]] End run_off(const Way& way, bool until_open);
+    // The machine as it is, where it has to be for a move from `start`; what it is not throws.
+    [[nodiscard]] ExternalState ready_at(const Point& start);
+    [[noreturn]] void fail_refused(const Way& way, const std::string& why);
     // Of a move that it is told to stop.
     [[nodiscard]] End stop_move(const Way& way, std::uint64_t move);
     [[nodiscard]] End to_end(const external::Line& line);
@@ -91,7 +98,7 @@ private:
     // Towards `start` until the probe is open, and on to a retract before where it opened; to the start at most.
     void back_off(const Point& contact, const Point& start, bool is_closed);
     // On to `start`, from where back_off() ended.
-    void go_to(const Point& start);
+    void go_to(const Point& start, OnStop on_stop = OnStop::finish);
     [[nodiscard]] bool opens_soon();
     [[noreturn]] void go_back_and_throw(const Way& way, const End& end);
     void ask_to_stop() noexcept;
@@ -101,7 +108,7 @@ private:
     [[nodiscard]] Point before(const Point& place, const Point& start) const;
     [[nodiscard]] Point rounded(const Point& machine) const;
     [[nodiscard]] double tolerance() const;
-    [[nodiscard]] bool is_at(const Point& target) const { return (target - position_).norm() <= tolerance(); }
+    [[nodiscard]] bool is_at(const Point& target) const { return (target - position_).norm() <= options_.motion.resolution_mm; }
 
     const ExternalOptions options_;
     const StopToken stop_;

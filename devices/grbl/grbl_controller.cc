@@ -361,6 +361,7 @@ Place Controller::place() {
     pass_until(link_.now());  // a report that was asked for earlier says where the tool was then
     // On a network such a report may be under way yet.
     for (const auto late = link_.now() + delay_; delay_.count() > 0 && link_.unanswered() > 0 && link_.now() < late;) (void)next(late);
+    link_.forget_unanswered();  // what has not come by then is lost
     const auto until = link_.now() + kAnswerTime + delay_;
     while (link_.now() < until) {
         link_.send_realtime(kAskStatus);

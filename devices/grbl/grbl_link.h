@@ -28,6 +28,7 @@ public:
     [[nodiscard]] std::optional<Message> receive(std::chrono::nanoseconds until);
     // Status reports that were asked for and have not come, as far as that can be known.
     [[nodiscard]] int unanswered() const { return unanswered_; }
+    void forget_unanswered() { unanswered_ = 0; }
     // Throws away all that has come, and all that comes until the line is quiet for that long, or for a second.
     void drain(std::chrono::milliseconds quiet);
 

@@ -2,6 +2,7 @@
 
 #include <fcntl.h>
 #include <fmt/format.h>
+#include <fmt/ranges.h>
 #include <poll.h>
 #include <spawn.h>
 #include <sys/socket.h>
@@ -42,7 +43,8 @@ bool has_ended(pid_t child, std::chrono::milliseconds patience, int& status) {
 
 }  // namespace
 
-ChildStream::ChildStream(const std::vector<std::string>& command) : DescriptorStream(command.front()) {
+ChildStream::ChildStream(const std::vector<std::string>& command)
+    : DescriptorStream(command.front()), lock_(MachineLock::of_name(fmt::format("{}", fmt::join(command, " ")))) {
     // One socket for both ways: what goes to a program that has ended is an error then, and no signal.
     std::array<int, 2> ends{-1, -1};
     if (::socketpair(AF_UNIX, SOCK_STREAM | SOCK_CLOEXEC, 0, ends.data()) != 0) {
@@ -85,9 +87,12 @@ ChildStream::~ChildStream() {
     if (child_ < 0) return;
     ::shutdown(file_, SHUT_WR);
     int status = 0;
-    if (has_ended(child_, kGrace, status)) return;
-    ::kill(child_, SIGKILL);
-    ::waitpid(child_, &status, 0);
+    if (!has_ended(child_, kGrace, status)) {
+        ::kill(-child_, SIGKILL);
+        ::waitpid(child_, &status, 0);
+    }
+    // What a launcher has left behind.
+    ::kill(-child_, SIGKILL);
 }
 
 ssize_t ChildStream::put(std::string_view bytes) { return ::send(file_, bytes.data(), bytes.size(), MSG_NOSIGNAL); }

@@ -7,6 +7,7 @@
 #include <vector>
 
 #include "devices/posix/descriptor_stream.h"
+#include "devices/posix/machine_lock.h"
 
 namespace palpate {
 
@@ -14,7 +15,7 @@ class ChildStream final : public DescriptorStream {
 public:
     // `command`: the program, looked for in PATH, and its arguments; not empty. Its standard error stays ours. It is in a process group of
     // its own, so that Ctrl-C at our terminal does not end it: it is ours to end, when what it moves stands.
-    // Throws DeviceError if it cannot be started.
+    // Throws DeviceError if it cannot be started, or another process of this computer runs that command in this way.
     explicit ChildStream(const std::vector<std::string>& command);
     // Ends its input, by which it ends; one that does not is killed.
     ~ChildStream() override;
@@ -28,6 +29,7 @@ private:
     [[nodiscard]] ConnectionLost lost(const std::string& what) const override;
     [[nodiscard]] const char* end_of_file() const override { return "it ended its output"; }
 
+    MachineLock lock_;
     pid_t child_ = -1;
 };
 

@@ -36,9 +36,10 @@ MachineLock MachineLock::of_device(const std::string& path) {
     return lock;
 }
 
-MachineLock MachineLock::of_peer(const std::string& numeric_host, int port) {
-    const std::string peer = fmt::format("{}:{}", numeric_host, port);
-    const std::string name = fmt::format("palpate-machine-{}", peer);
+MachineLock MachineLock::of_peer(const std::string& numeric_host, int port) { return of_name(fmt::format("{}:{}", numeric_host, port)); }
+
+MachineLock MachineLock::of_name(const std::string& machine) {
+    const std::string name = fmt::format("palpate-machine-{}", machine);
     sockaddr_un address{};
     address.sun_family = AF_UNIX;
     // The first byte stays zero: an abstract name, which no file and no crash can leave behind.
@@ -48,8 +49,8 @@ MachineLock MachineLock::of_peer(const std::string& numeric_host, int port) {
     if (lock.descriptor_ < 0) throw ConnectionLost(fmt::format("cannot make a socket: {}", reason(errno)));
     const auto size = static_cast<socklen_t>(offsetof(sockaddr_un, sun_path) + 1 + length);
     if (::bind(lock.descriptor_, reinterpret_cast<const sockaddr*>(&address), size) != 0) {
-        if (errno == EADDRINUSE) refuse(peer);
-        throw ConnectionLost(fmt::format("cannot lock {}: {}", peer, reason(errno)));
+        if (errno == EADDRINUSE) refuse(machine);
+        throw ConnectionLost(fmt::format("cannot lock {}: {}", machine, reason(errno)));
     }
     return lock;
 }

@@ -169,6 +169,7 @@ MachineConfig random_machine(Random& random) {
         }
         external.silence = Seconds(std::uniform_real_distribution<double>(0.3, 5)(random));
         external.slowest_answer = Seconds(positive(random));
+        external.start_time = Seconds(positive(random));
         machine.connection = external;
     } else if (kind == 1) {
         GrblSpec grbl{{"/dev/tty \"odd\" #" + std::to_string(random() % 100), any_speed(random), flip(random)}};
@@ -296,7 +297,7 @@ public:
     }
     void add(const ExternalSpec& e) {
         for (const std::string& word : e.command) add(word);
-        add_all(e.address, e.silence.count(), e.slowest_answer.count());
+        add_all(e.address, e.silence.count(), e.slowest_answer.count(), e.start_time.count());
     }
     void add(const ModbusTcp& t) { add_all(t.host, std::uint64_t(t.port)); }
     void add(const ModbusRtu& r) { add_all(r.path, std::uint64_t(r.baud), std::string(1, r.parity), std::uint64_t(r.stop_bits)); }

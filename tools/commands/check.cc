@@ -51,6 +51,7 @@ ExitCode check_machine(const CheckCommand& command, const SessionConfig& config,
         << "stopping       " << stopping_distance(k, k.feeds.travel_mm_per_s) << " mm from travel, "
         << stopping_distance(k, k.feeds.probe_mm_per_s) << " mm from a touch; the probe gives way by " << k.overtravel_mm << " mm\n";
     tell_tool(config, workspace, out);
+    out << "effort         " << effort_text(config) << '\n';
     if (config.object) (void)tool_scene(config, HiddenObject(*config.object));
     check_connection(*config.machine);
     if (command.offline) {
@@ -123,7 +124,8 @@ ExitCode run(const CheckCommand& command, Output& output) {
         << "seeds          "
         << (probing.seed_rays.empty() ? "rays towards the centre of the workspace"
                                       : fmt::format("{} seed ray(s)", probing.seed_rays.size()))
-        << "; they touch the object\n";
+        << "; they touch the object\n"
+        << "effort         " << effort_text(probing, bounds.max - bounds.min) << '\n';
     tell_tool(config, scene.workspace, out);
     out << "the configuration is good\n";
     return ExitCode::done;

@@ -56,8 +56,11 @@ ExitCode run(const ConformanceCommand& command, Output& output) {
             describe_plan(
                 machine->report(), machine_config,
                 fmt::format("It will move, guarded, to and fro within {} of where it stands, inside machine.limits, for a minute or "
-                            "two, and be stopped in mid-move: that space has to be free.",
-                            number_text(command.reach, " mm"))),
+                            "two, and be stopped in mid-move: that space has to be free.{}",
+                            number_text(command.reach, " mm"),
+                            machine_config.homing == Homing::run
+                                ? " Once the probe was held closed it may be locked, and is homed again, unguarded."
+                                : "")),
             command.yes, output.console, signals);
     }
     SteadyClock clock;

@@ -31,6 +31,8 @@ public:
         start_ = position, to_ = to, feed_ = feed, until_closed_ = until_closed, begun_ = Clock::now();
         touched.reset();
     }
+    // Stops it, and returns once it stands. This one stands at once; a real one is told to, and waited for.
+    void stop() { to_ = start_ = position; }
     // Goes on; true once it stands.
     bool step() {
         const double length = distance(start_, to_);
@@ -52,8 +54,15 @@ private:
     Clock::time_point begun_;
 };
 
+// Whatever ends this program: Palpate may be gone, and nobody watches.
+struct StopAtTheEnd {
+    Arm& arm;
+    ~StopAtTheEnd() { arm.stop(); }
+};
+
 int main() {
     Arm arm;
+    const StopAtTheEnd stop_at_the_end{arm};
     std::optional<std::uint64_t> move;
     double silence = 0.5;
     Clock::time_point heard, told;
@@ -65,7 +74,7 @@ int main() {
         if (::poll(&input, 1, move ? 2 : 100) > 0) {
             std::array<char, 4096> part{};
             const ssize_t count = ::read(STDIN_FILENO, part.data(), part.size());
-            if (count <= 0) return 0;  // Palpate is gone: whatever moves stops with this program
+            if (count <= 0) return 0;  // Palpate is gone
             buffer.append(part.data(), static_cast<std::size_t>(count));
             heard = Clock::now();
         }
@@ -91,6 +100,7 @@ int main() {
                      {"homed", true},
                      {"fault", ""}});
             } else if (what == "stop") {
+                arm.stop();
                 if (move) say({{"id", *move}, {"ended", "stopped"}, {"position", arm.position}, {"probe", probe()}});
                 move.reset();
                 say({{"id", ask["id"]}, {"position", arm.position}, {"probe", probe()}});

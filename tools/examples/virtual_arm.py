@@ -22,6 +22,10 @@ class Arm:
         self.way = (list(self.position), to, feed, until, time.monotonic())
         self.touched = None
 
+    def stop(self):
+        """Stops it, and returns once it stands. This one stands at once; a real one is told to, and waited for."""
+        self.way = None
+
     def step(self):
         """Goes on; True once it stands."""
         start, to, feed, until, begun = self.way
@@ -42,7 +46,15 @@ def say(**line):
 
 
 def main():
-    arm, move, silence, heard, told = Arm(), None, 0.5, 0.0, 0.0
+    arm = Arm()
+    try:
+        talk(arm)
+    finally:
+        arm.stop()  # whatever ends this program: Palpate may be gone, and nobody watches
+
+
+def talk(arm):
+    move, silence, heard, told = None, 0.5, 0.0, 0.0
     probe = lambda: "closed" if arm.probe_closed() else "open"
     buffer = b""
     while True:
@@ -50,7 +62,7 @@ def main():
         if ready:
             part = sys.stdin.buffer.raw.read(4096)
             if not part:
-                return  # Palpate is gone: whatever moves stops with this program
+                return  # Palpate is gone
             buffer += part
             heard = time.monotonic()
         while b"\n" in buffer:
@@ -64,6 +76,7 @@ def main():
             elif what == "state":
                 say(id=number, position=arm.position, moving=move is not None, probe=probe(), homed=True, fault="")
             elif what == "stop":
+                arm.stop()
                 if move:
                     say(id=move, ended="stopped", position=arm.position, probe=probe())
                     move = None

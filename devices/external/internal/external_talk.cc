@@ -63,8 +63,8 @@ std::optional<Line> Talk::receive(std::chrono::nanoseconds until) {
     }
 }
 
-Line Talk::wait_for(std::uint64_t id, std::string_view what) {
-    const auto until = now() + answer_time_;
+Line Talk::wait_for(std::uint64_t id, std::string_view what, std::chrono::nanoseconds patience) {
+    const auto until = now() + std::max(patience, answer_time_);
     while (const auto line = receive(until)) {
         if (!line->id) continue;  // a sign of life
         if (*line->id != id) refuse(fmt::format("answers question {}, not {}", *line->id, id));

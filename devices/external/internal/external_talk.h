@@ -25,8 +25,9 @@ public:
     [[nodiscard]] Line ask(std::string_view what) {
         return wait_for(send([&](std::uint64_t id) { return external::ask(id, what); }), what);
     }
-    [[nodiscard]] Line ask_hello(double silence_s) {
-        return wait_for(send([&](std::uint64_t id) { return external::ask_hello(id, silence_s); }), "hello");
+    // A program that has just been started takes `start_time`.
+    [[nodiscard]] Line ask_hello(double silence_s, std::chrono::nanoseconds start_time) {
+        return wait_for(send([&](std::uint64_t id) { return external::ask_hello(id, silence_s); }), "hello", start_time);
     }
     // The number of the question. `text`: given that number.
     [[nodiscard]] std::uint64_t send(const std::function<std::string(std::uint64_t)>& text);
@@ -34,7 +35,7 @@ public:
     // The next line by then, or nothing; whose it is, is for the caller.
     [[nodiscard]] std::optional<Line> receive(std::chrono::nanoseconds until);
     // The answer to that question; signs of life and answers to `expected` are handed on, any other is a fault.
-    [[nodiscard]] Line wait_for(std::uint64_t id, std::string_view what);
+    [[nodiscard]] Line wait_for(std::uint64_t id, std::string_view what, std::chrono::nanoseconds patience = {});
     // Throws BadAnswer: what was said cannot be true.
     [[noreturn]] void refuse(const std::string& what) const;
     [[noreturn]] void fail_silent(const std::string& awaited) const;

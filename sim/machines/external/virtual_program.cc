@@ -150,6 +150,7 @@ void VirtualProgram::hear(const std::string& line) {
 void VirtualProgram::begin(const std::string& line) {
     const Json json = Json::parse(line);
     const std::uint64_t id = json.at("id");
+    if (std::exchange(is_pressed_, false)) tool_.press(false);
     Move move{id, json.at("until") == "open", tool_.position(), point_of(json.at("to"))};
     const auto refuse = [&](const char* why) { say(Json{{"id", id}, {"error", why}}.dump()); };
     if (move_) return refuse("it moves");
@@ -172,6 +173,12 @@ void VirtualProgram::advance(Seconds time) {
         if (!move_->is_stopped) leave();
     }
     tool_.advance(time);
+    if (suffers(Kind::error_in_move) && (tool_.position() - move_->from).norm() > 1) {
+        tool_.decelerate();
+        say(Json{{"id", move_->id}, {"error", "protective stop"}}.dump());
+        move_.reset();
+        return;
+    }
     // In fast time the host's silence cannot be told from its slowness.
     const bool is_unheard = !options_.is_fast && Seconds(Steady::now() - move_->heard).count() > silence_s_;
     if (is_unheard && !move_->is_stopped) leave();
@@ -198,6 +205,11 @@ void VirtualProgram::end_move() {
     Json answer{{"id", suffers(Kind::wrong_id) ? move->id + 7 : move->id}};
     answer["ended"] = suffers(Kind::stops_by_itself) ? "stopped" : trigger ? "probe" : move->is_stopped ? "stopped" : "target";
     if (trigger) answer["touched"] = list(suffers(Kind::touched_beside) ? Point(*trigger + beside) : *trigger);
+    if (suffers(Kind::closed_at_end)) {
+        answer.erase("touched");
+        answer["ended"] = "target";
+        tool_.press(is_pressed_ = true);
+    }
     Point rest = tool_.position();
     if (suffers(Kind::rest_beside)) rest += beside;
     if (suffers(Kind::rest_far) && trigger) rest = *trigger + 8 * along;

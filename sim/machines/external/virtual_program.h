@@ -33,6 +33,8 @@ struct ProgramFault {
         half_answer,      // the answer lacks its position
         never_ends,       // signs of life, but no end
         stays_closed,     // the probe reads as closed from then on
+        error_in_move,    // says an error in the middle of the move, as a library that throws
+        closed_at_end,    // the probe closes as the move ends, which it did not end
     };
     Kind kind = Kind::silent;
     std::uint64_t at = 1;
@@ -91,6 +93,7 @@ private:
     std::uint64_t abandoned_ = 0;
     bool is_mute_ = false;
     bool is_stuck_ = false;
+    bool is_pressed_ = false;
     double silence_s_ = 0.5;
     std::jthread thread_;  // last: it uses all of the above
 };

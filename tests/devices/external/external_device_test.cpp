@@ -226,6 +226,36 @@ TEST_F(ExternalDeviceTest, AProgramThatIsGoneIsAConnectionLost) {
     EXPECT_EQ(device->guarded_move({20, 0, 0}, Pace::travel).outcome, Outcome::reached) << "a new connection goes on";
 }
 
+TEST_F(ExternalDeviceTest, AnErrorInMidMoveIsNoRefusal) {
+    suffer(Kind::error_in_move);
+    ready();
+    EXPECT_THAT(message_of<DeviceAlarm>([&] { (void)probe(); }), HasSubstr("was told to stop; it may be pressed"));
+    EXPECT_THROW((void)device->guarded_move({20, 0, 0}, Pace::travel), PositionLost);
+}
+
+TEST_F(ExternalDeviceTest, AClosedProbeAtTheEndOfAMoveIsNoClear) {
+    suffer(Kind::closed_at_end);
+    ready();
+    EXPECT_THAT(message_of<BadAnswer>([&] {
+                    (void)device->guarded_move({15, 0, 0}, Pace::travel);
+                }),
+                HasSubstr("no contact and a closed probe"));
+    EXPECT_NEAR(tool_at().x(), 15.5, 0.01) << "it was taken back first, until the probe opened and a retract beyond";
+}
+
+TEST_F(ExternalDeviceTest, AToolThatSomebodyElseMovedIsNotMoved) {
+    ready();
+    program->with([](VirtualTool& t) { t.place(Point(20, 5, 0) + kOrigin); });
+    EXPECT_THAT(message_of<BadAnswer>([&] { (void)probe(); }), HasSubstr("was it moved by something else?"));
+    EXPECT_EQ(program->moves(), 0U);
+}
+
+TEST_F(ExternalDeviceTest, ACoarserMachineThanToldIsRefused) {
+    axes.motion.resolution_mm = 0.1;
+    start();
+    EXPECT_THAT(message_of<DeviceError>([&] { ready(); }), HasSubstr("coarser than machine.resolution"));
+}
+
 TEST_F(ExternalDeviceTest, ARefusedMoveMovesNothingAndIsNoEnd) {
     suffer(Kind::refuses);
     ready();
