@@ -17,8 +17,6 @@
 
 #include "devices/errors.h"
 
-extern char** environ;
-
 namespace palpate {
 namespace {
 
@@ -97,7 +95,7 @@ ChildStream::~ChildStream() {
 
 ssize_t ChildStream::put(std::string_view bytes) { return ::send(file_, bytes.data(), bytes.size(), MSG_NOSIGNAL); }
 
-ConnectionLost ChildStream::lost(const std::string& what) const {
+std::string ChildStream::lost(const std::string& what) const {
     siginfo_t info{};
     const auto until = std::chrono::steady_clock::now() + kEnding;
     // Looks without taking: the destructor does.
@@ -108,8 +106,8 @@ ConnectionLost ChildStream::lost(const std::string& what) const {
     const std::string how = info.si_pid == 0             ? what
                             : info.si_code == CLD_EXITED ? fmt::format("it ended with exit code {}", info.si_status)
                                                          : fmt::format("it was ended by signal {}", info.si_status);
-    return ConnectionLost(fmt::format(
-        "{}: the program that drives the machine is gone ({}): see where the tool is and what the program said, then resume", name(), how));
+    return fmt::format("{}: the program that drives the machine is gone ({}): see where the tool is and what the program said, then resume",
+                       name(), how);
 }
 
 }  // namespace palpate

@@ -6,6 +6,8 @@
 #include <array>
 #include <cerrno>
 
+#include "devices/errors.h"
+
 namespace palpate {
 
 // What takes no byte for so long is dead: at 9600 baud the largest kernel buffer is through in 5 s.
@@ -18,13 +20,13 @@ DescriptorStream::~DescriptorStream() {
 std::string DescriptorStream::read(std::chrono::milliseconds timeout) {
     pollfd waiting{file_, POLLIN, 0};
     const int ready = ::poll(&waiting, 1, static_cast<int>(timeout.count()));
-    if (ready < 0 && errno != EINTR) throw lost(reason(errno));
+    if (ready < 0 && errno != EINTR) throw ConnectionLost(lost(reason(errno)));
     if (ready <= 0) return {};
     std::array<char, 1024> bytes{};
     const ssize_t count = ::read(file_, bytes.data(), bytes.size());
     if (count > 0) return {bytes.data(), static_cast<std::size_t>(count)};
     if (count < 0 && (errno == EAGAIN || errno == EINTR)) return {};
-    throw lost(count == 0 ? end_of_file() : reason(errno));
+    throw ConnectionLost(lost(count == 0 ? end_of_file() : reason(errno)));
 }
 
 void DescriptorStream::write(std::string_view bytes) {
@@ -35,11 +37,11 @@ void DescriptorStream::write(std::string_view bytes) {
             continue;
         }
         if (count < 0 && errno == EINTR) continue;
-        if (count < 0 && errno != EAGAIN) throw lost(reason(errno));
+        if (count < 0 && errno != EAGAIN) throw ConnectionLost(lost(reason(errno)));
         pollfd waiting{file_, POLLOUT, 0};
         const int ready = ::poll(&waiting, 1, kWriteTimeout_ms);
-        if (ready == 0) throw lost("it takes no more bytes");
-        if (ready < 0 && errno != EINTR) throw lost(reason(errno));
+        if (ready == 0) throw ConnectionLost(lost("it takes no more bytes"));
+        if (ready < 0 && errno != EINTR) throw ConnectionLost(lost(reason(errno)));
     }
 }
 

@@ -9,12 +9,12 @@
 #include <utility>
 
 #include "devices/byte_stream.h"
-#include "devices/errors.h"
 
 namespace palpate {
 
 class DescriptorStream : public ByteStream {
 public:
+    ~DescriptorStream() override;
     DescriptorStream(const DescriptorStream&) = delete;
     DescriptorStream& operator=(const DescriptorStream&) = delete;
     DescriptorStream(DescriptorStream&&) = delete;
@@ -27,7 +27,6 @@ public:
 protected:
     // What is opened later is put into `file_`, not to block; it is closed here.
     explicit DescriptorStream(std::string name) : name_(std::move(name)) {}
-    ~DescriptorStream() override;
 
     int file_ = -1;
 
@@ -35,7 +34,7 @@ private:
     // As ::write.
     [[nodiscard]] virtual ssize_t put(std::string_view bytes) = 0;
     // Says why and what to do.
-    [[nodiscard]] virtual ConnectionLost lost(const std::string& what) const = 0;
+    [[nodiscard]] virtual std::string lost(const std::string& what) const = 0;
     [[nodiscard]] virtual const char* end_of_file() const = 0;
 
     const std::string name_;

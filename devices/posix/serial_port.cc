@@ -126,8 +126,8 @@ void SerialPort::configure(const SerialPortOptions& options) const {
     ::tcflush(file_, TCIOFLUSH);
 }
 
-ConnectionLost SerialPort::lost(const std::string& what) const {
-    return ConnectionLost(fmt::format("{}: the connection is lost ({}): plug it in again, check the machine, then resume", name(), what));
+std::string SerialPort::lost(const std::string& what) const {
+    return fmt::format("{}: the connection is lost ({}): plug it in again, check the machine, then resume", name(), what);
 }
 
 }  // namespace palpate

@@ -163,10 +163,10 @@ TcpStream::~TcpStream() {
 
 ssize_t TcpStream::put(std::string_view bytes) { return ::send(file_, bytes.data(), bytes.size(), MSG_NOSIGNAL); }
 
-ConnectionLost TcpStream::lost(const std::string& what) const {
-    return ConnectionLost(fmt::format(
+std::string TcpStream::lost(const std::string& what) const {
+    return fmt::format(
         "{}: the connection is lost ({}): see to the machine and its network, and that no other program is connected; then resume", name(),
-        what));
+        what);
 }
 
 }  // namespace palpate

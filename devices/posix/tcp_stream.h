@@ -41,7 +41,7 @@ public:
 
 private:
     [[nodiscard]] ssize_t put(std::string_view bytes) override;
-    [[nodiscard]] ConnectionLost lost(const std::string& what) const override;
+    [[nodiscard]] std::string lost(const std::string& what) const override;
     [[nodiscard]] const char* end_of_file() const override { return "the other side ended it"; }
 
     MachineLock lock_;

@@ -7,6 +7,7 @@
 #include <map>
 #include <thread>
 
+#include "devices/errors.h"
 #include "devices/external/external_machine.h"
 #include "devices/grbl/stream_grbl_machine.h"
 #include "devices/posix/serial_port.h"

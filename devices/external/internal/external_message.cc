@@ -90,14 +90,14 @@ std::variant<Line, Malformed> parse(std::string_view text) {
             members.complain("id", "is no whole number");
         }
     } else if (const Json* const alive = members.find("alive"); alive == nullptr || *alive != true) {
-        return Malformed{"has neither an \"id\" nor \"alive\": true"};
+        return Malformed{R"(has neither an "id" nor "alive": true)"};
     }
     members.text("error", line.error);
     members.point("position", line.position);
     members.point("touched", line.touched);
     std::optional<std::string> probe;
     members.text("probe", probe);
-    if (probe && *probe != "open" && *probe != "closed") members.complain("probe", "is neither \"open\" nor \"closed\"");
+    if (probe && *probe != "open" && *probe != "closed") members.complain("probe", R"(is neither "open" nor "closed")");
     if (probe) line.probe_closed = *probe == "closed";
     members.text("ended", line.ended);
     members.flag("moving", line.moving);
