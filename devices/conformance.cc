@@ -3,8 +3,6 @@
 #include <fmt/format.h>
 
 #include <algorithm>
-#include <array>
-#include <cmath>
 #include <thread>
 
 #include "devices/errors.h"
@@ -36,6 +34,9 @@ constexpr auto kLook = 20ms;
 struct Failed {
     std::string why;
 };
+struct Skipped {
+    std::string why;
+};
 
 class Trial {
 public:
@@ -55,9 +56,10 @@ public:
                              step("makes short moves without loss", [&] { return makes_short_moves(); }) &&
                              step("stops when it is told, and goes back", [&] { return stops(); });
         if (!is_safe) return false;
-        tell({Verdict::skipped, "stops when Palpate is gone in mid-move",
-              "pull the cable, or end the program, in a long move, and look: what the controller is known to do is in devices/README.md"});
-        return is_good_;
+        audience_.tell(
+            {Verdict::skipped, "stops when Palpate is gone in mid-move",
+             "pull the cable, or end the program, in a long move, and look: what the controller is known to do is in devices/README.md"});
+        return true;
     }
 
 private:
@@ -67,40 +69,21 @@ private:
         if (stop_.stop_requested()) throw Stopped("stopped by the operator");
         Conformance found{Verdict::good, what, ""};
         try {
-            if (!machine_) reconnect();
             found.why = attempt();
         } catch (const Failed& failed) {
             found = {Verdict::bad, what, failed.why};
         } catch (const Stopped&) {
             throw;
+        } catch (const Skipped& skipped) {
+            found = {Verdict::skipped, what, skipped.why};
         } catch (const DeviceError& error) {
             found = {Verdict::bad, what, error.what()};
-            machine_.reset();
         }
-        if (found.why == kNobody) found = {Verdict::skipped, what, kNobody};
-        tell(found);
+        audience_.tell(found);
         return found.verdict != Verdict::bad;
     }
-    void tell(const Conformance& found) {
-        is_good_ = is_good_ && found.verdict != Verdict::bad;
-        audience_.tell(found);
-    }
-    // A machine that was ready has to be where it was, without homing.
-    void reconnect() {
-        machine_.reset();
-        machine_ = connect_(stop_);
-        if (!was_ready_) return;
-        const double off = (machine_->report().position - centre_).norm();
-        if (!machine_->is_position_trusted() && machine_->report().needs_homing) {
-            throw Failed{"its position is not trusted any more: home it, and begin anew"};
-        }
-        if (off > reach_.norm() + tolerance()) {
-            throw Failed{fmt::format("it is {} from where it began: look, and begin anew", number_text(off, " mm"))};
-        }
-        machine_->make_ready();
-    }
-
     std::string connects() {
+        machine_ = connect_(stop_);
         const MachineReport report = machine_->report();
         for (const MachineSetting& setting : report.settings) {
             if (!setting.problem.empty()) throw Failed{fmt::format("{}: {}, {}", setting.name, setting.value, setting.problem)};
@@ -109,7 +92,6 @@ private:
     }
     std::string gets_ready() {
         machine_->make_ready();
-        was_ready_ = true;
         centre_ = machine_->device().position();
         const Box& limits = options_.limits;
         if (!limits.contains(centre_, tolerance())) {
@@ -214,7 +196,7 @@ private:
         return fmt::format("{:.2g} s with the way back", stopping.count());
     }
     std::string refuses_closed_probe() {
-        if (!audience_.ask_hand) return kNobody;
+        require_hand();
         audience_.ask_hand(Hand::hold);
         wait_for_probe(true);
         // Not farther than the probe gives way: nothing would end it.
@@ -236,7 +218,7 @@ private:
         return fmt::format("it moved by {}", number_text(gone, " mm"));
     }
     std::string ends_at_touch() {
-        if (!audience_.ask_hand) return kNobody;
+        require_hand();
         wait_for_probe(false);
         go(centre_, Pace::probe);
         audience_.ask_hand(Hand::tap);
@@ -258,6 +240,9 @@ private:
         }
         const double off = (machine_->device().position() - target).norm();
         if (off > tolerance()) throw Failed{fmt::format("a move to {} ended {} off that", point_text(target), number_text(off, " mm"))};
+    }
+    void require_hand() const {
+        if (!audience_.ask_hand) throw Skipped{"nobody is there to press the probe"};
     }
     void wait_for_probe(bool closed) {
         const auto until = clock_.now() + to_nanoseconds(options_.hand);
@@ -281,17 +266,13 @@ private:
         return clock_.now() - begun;
     }
 
-    static constexpr const char* kNobody = "nobody is there to press the probe";
-
     const std::function<std::unique_ptr<Machine>(const StopToken&)>& connect_;
     Clock& clock_;
     const ConformanceOptions& options_;
     const ConformanceAudience& audience_;
     const StopToken stop_;
     std::unique_ptr<Machine> machine_;
-    bool was_ready_ = false;
     bool is_probe_shown_ = false;
-    bool is_good_ = true;
     Point centre_ = Point::Zero();
     Vector reach_ = Vector::Zero();
 };

@@ -44,8 +44,9 @@ struct ConformanceAudience {
 };
 
 // Makes the machine ready, moves it, guarded, to and fro within reach of where it stands, and stops it in mid-move. `connect` connects
-// anew, every time, with the stop token that it is given; nothing may be connected before. `clock` tells how long moves take. False if
-// anything was bad. What throws is bad, and told; what comes after it is tried on a new connection. `stop`: ends it, and throws Stopped.
+// anew, every time, with the stop token that it is given; nothing may be connected before. `clock` tells how long moves take. What throws
+// is bad, and told. False if anything was bad: it ends there, as nobody knows what another move would do. `stop`: ends it, and throws
+// Stopped.
 [[nodiscard]] bool try_conformance(const std::function<std::unique_ptr<Machine>(const StopToken&)>& connect, Clock& clock,
                                    const ConformanceOptions& options, const ConformanceAudience& audience, const StopToken& stop = {});
 

@@ -56,7 +56,7 @@ std::unique_ptr<Machine> connect_to(const ExternalSpec& external, const MachineS
     const ExternalOptions options{settings.motion, settings.origin, external.silence, external.slowest_answer, external.start_time};
     std::unique_ptr<ByteStream> stream;
     if (external.command.empty()) {
-        stream = std::make_unique<TcpStream>(*parse_tcp_address(fmt::format("{}{}", kTcpScheme, external.address)));
+        stream = std::make_unique<TcpStream>(*parse_host_port(external.address));
     } else {
         stream = std::make_unique<ChildStream>(external.command);
     }
@@ -64,15 +64,12 @@ std::unique_ptr<Machine> connect_to(const ExternalSpec& external, const MachineS
 }
 
 std::string describe_connecting(const GrblSpec& grbl) {
-    if (grbl.address()) {
-        return fmt::format(
-            "connecting to {}; what stays silent is sent a reset (Ctrl-X) twice, as some controllers hear nothing else; up to {} s",
-            grbl.port.path, number_text(grbl.boot_time.count()));
-    }
+    const char* const opening = grbl.address()    ? ""
+                                : grbl.port.reset ? ": opening it resets what is on it"
+                                                  : ": opening it may reset what is on it";
     return fmt::format(
-        "connecting to {}: opening it {} what is on it; what stays silent is sent a reset (Ctrl-X) twice, as some controllers hear nothing "
-        "else; up to {} s",
-        grbl.port.path, grbl.port.reset ? "resets" : "may reset", number_text(grbl.boot_time.count()));
+        "connecting to {}{}; what stays silent is sent a reset (Ctrl-X) twice, as some controllers hear nothing else; up to {} s",
+        grbl.port.path, opening, number_text(grbl.boot_time.count()));
 }
 
 std::string describe_connecting(const ModbusSpec& modbus) {

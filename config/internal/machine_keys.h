@@ -114,7 +114,7 @@ void describe(Archive& keys, ExternalSpec& external) {
     keys.value({"start_time", "what it may take from its start to its first answer", Need::optional, kSeconds}, external.start_time,
                Number{kPositive});
     keys.require(external.command.empty() != external.address.empty(), "command", "or `address` is needed, and not both");
-    const auto address = parse_tcp_address(fmt::format("{}{}", kTcpScheme, external.address));
+    const auto address = parse_host_port(external.address);
     keys.require(external.address.empty() || (address && address->port > 0), "address", "is no address; allowed: HOST:PORT");
 }
 

@@ -56,11 +56,6 @@ std::string ExternalDevice::name() const { return talk_->name(); }
 
 double ExternalDevice::tolerance() const { return kRoundings * std::max(options_.motion.resolution_mm, hello_.resolution_mm); }
 
-Point ExternalDevice::rounded(const Point& machine) const {
-    const double unit = options_.motion.resolution_mm;
-    return (machine / unit).array().round() * unit;
-}
-
 void ExternalDevice::lose(const std::string& what) {
     is_lost_ = true;
     // Before it is greeted nothing has moved.
@@ -94,14 +89,25 @@ ExternalState ExternalDevice::state() {
     return {*line.position, *line.moving, *line.probe_closed, *line.homed, *line.fault};
 }
 
+void ExternalDevice::require_able(const ExternalState& state) const {
+    std::string problem;
+    if (!state.fault.empty()) {
+        problem = fmt::format("has a fault: {}", state.fault);
+    } else if (!state.is_homed) {
+        problem = "is not homed, so nobody knows where the tool is: home it by its own means";
+    } else if (state.is_moving) {
+        problem = "moves, and not by Palpate";
+    }
+    if (!problem.empty()) throw DeviceAlarm(0, fmt::format("{} on {} {}; nothing was sent", hello_.name, name(), problem));
+}
+
 ExternalState ExternalDevice::ready_at(const Point& start) {
     ExternalState state = this->state();
-    if (!state.fault.empty() || !state.is_homed || state.is_moving) {
+    try {
+        require_able(state);
+    } catch (const DeviceAlarm&) {
         is_lost_ = true;
-        throw DeviceAlarm(0, fmt::format("{} on {} {}: nothing was sent; see to it, then resume", hello_.name, name(),
-                                         !state.fault.empty() ? "has a fault, " + state.fault
-                                         : state.is_moving    ? "moves, and not by Palpate"
-                                                              : "is not homed any more"));
+        throw;
     }
     if ((state.position - start).norm() > tolerance()) {
         lose(fmt::format("says that it is at {} (machine), where it had come to rest at {}: was it moved by something else?",
@@ -112,12 +118,7 @@ ExternalState ExternalDevice::ready_at(const Point& start) {
 
 void ExternalDevice::make_ready() {
     const ExternalState state = this->state();
-    if (!state.fault.empty()) throw DeviceAlarm(0, fmt::format("{} on {} has a fault: {}", hello_.name, name(), state.fault));
-    if (!state.is_homed) {
-        throw DeviceAlarm(
-            0, fmt::format("{} on {} is not homed, so nobody knows where the tool is: home it by its own means", hello_.name, name()));
-    }
-    if (state.is_moving) throw DeviceAlarm(0, fmt::format("{} on {} moves: let it come to rest, then go on", hello_.name, name()));
+    require_able(state);
     if (state.is_probe_closed) {
         throw ProbeClosed(
             fmt::format("the probe of {} on {} is closed before anything moves: does it touch something?", hello_.name, name()));
@@ -145,7 +146,7 @@ MoveResult ExternalDevice::guarded_move(const Point& target, Pace pace) {
     if (!target.allFinite()) {
         throw DeviceError(fmt::format("the target {} of a move is not finite: give three numbers in mm", point_text(target)));
     }
-    const Point goal = rounded(target + options_.origin);
+    const Point goal = rounded(options_.motion, target + options_.origin);
     if (!hello_.limits.contains(goal, tolerance())) {
         throw OutOfLimits(fmt::format("the target {} lies beyond the limits of {}, {} to {} (machine): nothing was sent", point_text(goal),
                                       hello_.name, point_text(hello_.limits.min), point_text(hello_.limits.max)));
@@ -324,9 +325,7 @@ void ExternalDevice::check(const End& end, const Way& way, double feed_mm_per_s)
     if (!problem.empty()) lose(fmt::format("{} (move from {} to {})", problem, point_text(way.start), point_text(way.target)));
     if (!end.touched) return;
     const double overrun = (end.rest - *end.touched).norm();
-    const double longest =
-        kPatience * std::max(options_.motion.overtravel_mm, stopping_distance(options_.motion, feed_mm_per_s)) + tolerance();
-    if (overrun > longest) {
+    if (overrun > longest_overrun(options_.motion, feed_mm_per_s, tolerance())) {
         lose(fmt::format("reports that it rests {} mm past where the probe changed: it did not stop for it", number_text(overrun)));
     }
 }
@@ -338,15 +337,8 @@ void ExternalDevice::check_seen(const Way& way, const Point& reported) {
 
 // --- going back ------------------------------------------------------------------------------------------------------
 
-Point ExternalDevice::before(const Point& place, const Point& start) const {
-    const Vector back = start - place;
-    const double length = back.norm();
-    const double share = length > 0 ? std::min(options_.motion.retract_mm, length) / length : 0.0;
-    return rounded(place + share * back);
-}
-
 void ExternalDevice::back_off(const Point& contact, const Point& start, bool is_closed) {
-    Point goal = before(contact, start);
+    Point goal = retracted(options_.motion, contact, start);
     for (int bounce = 0; bounce < kBounces; ++bounce) {
         if (is_closed) {
             if (is_at(start)) {
@@ -356,7 +348,7 @@ void ExternalDevice::back_off(const Point& contact, const Point& start, bool is_
             const End end = run_off({position_, start}, true);
             position_ = end.rest;
             is_closed = end.is_probe_closed;
-            if (end.touched) goal = before(*end.touched, start);
+            if (end.touched) goal = retracted(options_.motion, *end.touched, start);
             continue;
         }
         // Never deeper.
@@ -400,9 +392,10 @@ void ExternalDevice::go_back_and_throw(const Way& way, const End& end) {
 void ExternalDevice::stop() { (void)talk_->ask("stop"); }
 
 void ExternalDevice::retreat(const Point& target) {
-    const Point goal = rounded(target + options_.origin);
+    const Point goal = rounded(options_.motion, target + options_.origin);
     const ExternalState state = this->state();
-    position_ = ready_at(state.position).position;
+    require_able(state);
+    position_ = state.position;
     for (const Point& p : {goal, position_}) {
         if (hello_.limits.contains(p, tolerance())) continue;
         throw OutOfLimits(fmt::format("{} lies beyond the limits of {}: nothing was sent", point_text(p), hello_.name));

@@ -87,7 +87,9 @@ private:
     [[nodiscard]] End wait_for_end(const Way& way, std::uint64_t move, double feed_mm_per_s, OnStop on_stop);
     // The same off a surface: a refusal is the probe's, which bounced since it was told of.
     [[nodiscard]] End run_off(const Way& way, bool until_open);
-    // The machine as it is, where it has to be for a move from `start`; what it is not throws.
+    // Throws DeviceAlarm if it cannot move. Nothing is sent.
+    void require_able(const ExternalState& state) const;
+    // The machine as it is, able to move and at `start`; what it is not throws.
     [[nodiscard]] ExternalState ready_at(const Point& start);
     [[noreturn]] void fail_refused(const Way& way, const std::string& why);
     // Of a move that it is told to stop.
@@ -104,9 +106,6 @@ private:
     void ask_to_stop() noexcept;
     // Throws BadAnswer.
     [[noreturn]] void lose(const std::string& what);
-    // So far before `place` as a retract goes, but not past `start`.
-    [[nodiscard]] Point before(const Point& place, const Point& start) const;
-    [[nodiscard]] Point rounded(const Point& machine) const;
     [[nodiscard]] double tolerance() const;
     [[nodiscard]] bool is_at(const Point& target) const { return (target - position_).norm() <= options_.motion.resolution_mm; }
 

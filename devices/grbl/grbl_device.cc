@@ -202,11 +202,6 @@ bool GrblDevice::is_at(const Point& target) const {
     return (target - position_).norm() < doubt;
 }
 
-Point GrblDevice::rounded(const Point& machine) const {
-    const double unit = options_.motion.resolution_mm;
-    return (machine / unit).array().round() * unit;
-}
-
 // --- moving ----------------------------------------------------------------------------------------------------------
 
 MoveResult GrblDevice::guarded_move(const Point& target, Pace pace) {
@@ -219,7 +214,7 @@ MoveResult GrblDevice::guarded_move(const Point& target, Pace pace) {
         throw DeviceError(fmt::format("the target {} of a move is not finite: give three numbers in mm", point_text(target)));
     }
     const Point start = position_;
-    const Point goal = rounded(target + options_.origin);
+    const Point goal = rounded(options_.motion, target + options_.origin);
     refuse_disturbed();
     // Grbl refuses a move to where it is (error:33).
     if (is_at(goal)) return {MoveResult::Outcome::reached, target};
@@ -440,10 +435,8 @@ void GrblDevice::check_on(const Segment& way, const Point& reported) {
                     controller_.link().history()));
 }
 
-// What stops farther from its touch than that did not stop for it.
 double GrblDevice::longest_overrun(double feed_mm_per_s) const {
-    const double expected = stopping_distance(options_.motion, feed_mm_per_s);
-    return kPatience * std::max(options_.motion.overtravel_mm, expected) + tolerance();
+    return palpate::longest_overrun(options_.motion, feed_mm_per_s, tolerance());
 }
 
 void GrblDevice::check_overrun(double overrun, double feed_mm_per_s) {
@@ -471,16 +464,9 @@ void GrblDevice::stop_and_throw(const Way& way, OnStop on_stop) {
     throw Stopped(fmt::format("stopped by the operator; the tool went back to {} and rests there", point_text(position())));
 }
 
-Point GrblDevice::before(const Point& place, const Point& start) const {
-    const Vector back = start - place;
-    const double length = back.norm();
-    const double share = length > 0 ? std::min(options_.motion.retract_mm, length) / length : 0.0;
-    return rounded(place + share * back);
-}
-
 void GrblDevice::retract(const Point& contact, const Point& start, double feed_mm_per_s) {
     const double overrun = (position_ - contact).norm();
-    back_off(before(contact, start), start, OnStop::finish);
+    back_off(retracted(options_.motion, contact, start), start, OnStop::finish);
     check_overrun(overrun, feed_mm_per_s);
     if (overrun > options_.motion.overtravel_mm) {
         controller_.give_up();
@@ -514,7 +500,7 @@ void GrblDevice::back_off(Point target, const Point& start, OnStop on_stop) {
             place = end.place;
             if (end.report.contact) check_overrun((place.position - end.report.position).norm(), feed);
             if (seeks_opening && releases && end.report.contact) {
-                target = before(end.report.position, start);
+                target = retracted(options_.motion, end.report.position, start);
                 seeks_opening = false;
             }
         } catch (const ProbeClosed&) {
@@ -543,7 +529,7 @@ bool GrblDevice::opens_soon() {
 void GrblDevice::retreat(const Point& target) {
     if (!is_quiet_) require_quiet();
     refuse_disturbed();
-    const Point goal = rounded(target + options_.origin);
+    const Point goal = rounded(options_.motion, target + options_.origin);
     position_ = controller_.resting_place().position;
     back_off(goal, goal, OnStop::stay);
 }

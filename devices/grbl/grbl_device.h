@@ -98,14 +98,11 @@ private:
     void stop_on(const Way& way);
     // After a touch at `contact` of a move from `start`: back until the probe is open, and on to a place before the touch.
     void retract(const Point& contact, const Point& start, double feed_mm_per_s);
-    // So far before `place` as a retract goes, but not past `start`.
-    [[nodiscard]] Point before(const Point& place, const Point& start) const;
     // From position() to `target`, guarded both ways: until the probe opens, then until it closes. If it is closed there yet, on towards
     // `start` until it opens, and a retract beyond. Throws ProbeClosed if it is closed at `start`.
     void back_off(Point target, const Point& start, OnStop on_stop);
     // Whether a probe that is closed where nothing should be was only bouncing.
     [[nodiscard]] bool opens_soon();
-    [[nodiscard]] Point rounded(const Point& machine) const;
     // mm: the longest step of an axis, and the last digit of what the machine reports.
     [[nodiscard]] double step() const;
     [[nodiscard]] double last_digit() const;

@@ -2,9 +2,25 @@
 
 #include <fmt/format.h>
 
+#include <algorithm>
+
 #include "planner/number_text.h"
 
 namespace palpate {
+
+double longest_overrun(const MotionModel& motion, double feed_mm_per_s, double tolerance) {
+    constexpr double kPatience = 2.0;  // other accelerations than were told
+    return kPatience * std::max(motion.overtravel_mm, stopping_distance(motion, feed_mm_per_s)) + tolerance;
+}
+
+Point rounded(const MotionModel& motion, const Point& p) { return (p / motion.resolution_mm).array().round() * motion.resolution_mm; }
+
+Point retracted(const MotionModel& motion, const Point& place, const Point& start) {
+    const Vector back = start - place;
+    const double length = back.norm();
+    const double share = length > 0 ? std::min(motion.retract_mm, length) / length : 0.0;
+    return rounded(motion, place + share * back);
+}
 
 std::string problem_of(const WayEnd& end, const Way& way, double tolerance) {
     const Point& rest = end.rest;

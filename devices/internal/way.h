@@ -5,6 +5,7 @@
 #include <optional>
 #include <string>
 
+#include "devices/motion_model.h"
 #include "planner/geometry.h"
 
 namespace palpate {
@@ -25,6 +26,14 @@ struct Way {
     double length;  // mm, > 0
     Vector direction;
 };
+
+// mm: from where the probe changed to where the tool stands, at most; what stops farther from it did not stop for it. `tolerance`: mm, how
+// exactly the machine can say where it is.
+[[nodiscard]] double longest_overrun(const MotionModel& motion, double feed_mm_per_s, double tolerance);
+// To the resolution of the machine's positions.
+[[nodiscard]] Point rounded(const MotionModel& motion, const Point& p);
+// So far before `place` as a retract goes, but not past `start`; rounded.
+[[nodiscard]] Point retracted(const MotionModel& motion, const Point& place, const Point& start);
 
 // Where a guarded move is said to have ended, in the coordinates of its way.
 struct WayEnd {

@@ -44,7 +44,7 @@ MachineLock MachineLock::of_name(const std::string& machine) {
     address.sun_family = AF_UNIX;
     // The first byte stays zero: an abstract name, which no file and no crash can leave behind.
     const std::size_t length = std::min(name.size(), sizeof address.sun_path - 1);
-    std::copy_n(name.begin(), length, &address.sun_path[1]);
+    std::copy_n(name.end() - static_cast<std::ptrdiff_t>(length), length, &address.sun_path[1]);
     MachineLock lock(::socket(AF_UNIX, SOCK_DGRAM | SOCK_CLOEXEC, 0));
     if (lock.descriptor_ < 0) throw ConnectionLost(fmt::format("cannot make a socket: {}", reason(errno)));
     const auto size = static_cast<socklen_t>(offsetof(sockaddr_un, sun_path) + 1 + length);

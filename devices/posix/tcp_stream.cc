@@ -1,6 +1,5 @@
 #include "devices/posix/tcp_stream.h"
 
-#include <fcntl.h>
 #include <fmt/format.h>
 #include <netdb.h>
 #include <netinet/in.h>
@@ -118,8 +117,10 @@ void configure(int socket) {
 bool is_tcp_address(std::string_view text) { return text.starts_with(kTcpScheme); }
 
 std::optional<TcpAddress> parse_tcp_address(std::string_view text) {
-    if (!is_tcp_address(text)) return std::nullopt;
-    text.remove_prefix(kTcpScheme.size());
+    return is_tcp_address(text) ? parse_host_port(text.substr(kTcpScheme.size())) : std::nullopt;
+}
+
+std::optional<TcpAddress> parse_host_port(std::string_view text) {
     const std::size_t colon = text.rfind(':');
     if (colon == std::string_view::npos) return std::nullopt;
     TcpAddress address{std::string(text.substr(0, colon)), 0};

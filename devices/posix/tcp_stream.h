@@ -20,8 +20,10 @@ struct TcpAddress {
     friend bool operator==(const TcpAddress&, const TcpAddress&) = default;
 };
 
-// Of "tcp://HOST:PORT", an IPv6 address in brackets; nothing if it is none. Port 0, which nobody can connect to, is one that is free to who
+// Of "HOST:PORT", an IPv6 address in brackets; nothing if it is none. Port 0, which nobody can connect to, is one that is free to who
 // listens.
+[[nodiscard]] std::optional<TcpAddress> parse_host_port(std::string_view text);
+// The same of "tcp://HOST:PORT".
 [[nodiscard]] std::optional<TcpAddress> parse_tcp_address(std::string_view text);
 // Whether it means to be one.
 [[nodiscard]] bool is_tcp_address(std::string_view text);

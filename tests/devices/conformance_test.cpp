@@ -75,8 +75,8 @@ protected:
             ExternalOptions driver{options.motion};
             for (int again = 0;; ++again) {
                 try {
-                    return std::make_unique<ExternalMachine>(std::make_unique<TcpStream>(*parse_tcp_address("tcp://" + program.address())),
-                                                             driver, stop);
+                    return std::make_unique<ExternalMachine>(std::make_unique<TcpStream>(*parse_host_port(program.address())), driver,
+                                                             stop);
                 } catch (const DeviceError&) {
                     // It sees the end of the connection before a moment later.
                     if (again == 1000) throw;

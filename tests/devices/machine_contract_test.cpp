@@ -83,7 +83,7 @@ public:
     [[nodiscard]] std::unique_ptr<Machine> connect() {
         ExternalOptions options;
         options.origin = test::kOrigin;
-        return std::make_unique<ExternalMachine>(std::make_unique<TcpStream>(*parse_tcp_address("tcp://" + program_.address())), options);
+        return std::make_unique<ExternalMachine>(std::make_unique<TcpStream>(*parse_host_port(program_.address())), options);
     }
     void place(const Point& p) {
         program_.with([&](VirtualTool& tool) { tool.place(p + test::kOrigin); });

@@ -115,7 +115,7 @@ private:
     VirtualTool tool_{object_, test::machine_options().tool};
     VirtualProgram program_{tool_, {}};
     SteadyClock clock_;
-    TcpStream stream_{*parse_tcp_address("tcp://" + program_.address())};
+    TcpStream stream_{*parse_host_port(program_.address())};
     ExternalDevice device_{stream_, clock_, driver_options()};
 };
 

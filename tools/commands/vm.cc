@@ -1,13 +1,8 @@
 // palpate vm: a virtual machine for any program that drives one.
 #include <fmt/format.h>
 #include <spdlog/spdlog.h>
-#include <sys/socket.h>
-#include <sys/un.h>
-#include <unistd.h>
 
-#include <algorithm>
 #include <csignal>
-#include <cstddef>
 #include <filesystem>
 #include <functional>
 #include <memory>
@@ -17,6 +12,7 @@
 
 #include "config/reader.h"
 #include "devices/errors.h"
+#include "devices/posix/machine_lock.h"
 #include "devices/posix/tcp_stream.h"
 #include "sim/area_audit.h"
 #include "sim/machines/external/virtual_program.h"
@@ -113,38 +109,20 @@ void wait(StopSignals& signals, const std::function<void(bool)>& press) {
     }
 }
 
-// The link to a virtual machine's port while it runs: another one may take over what a dead one left, but nothing else.
-class LinkOwner {
-public:
-    // Throws SetupError if a running machine has it.
-    explicit LinkOwner(const std::filesystem::path& link) {
-        sockaddr_un name{};
-        name.sun_family = AF_UNIX;
-        // A name in no folder (the first byte is 0), which ends with the process. Long ones are told apart by what they end in.
-        const std::string whole = fmt::format(
-            "palpate vm {}", (std::filesystem::weakly_canonical(std::filesystem::absolute(link).parent_path()) / link.filename()).string());
-        constexpr std::size_t kMost = sizeof(name.sun_path) - 1;
-        const std::string shown = whole.size() > kMost ? whole.substr(whole.size() - kMost) : whole;
-        std::ranges::copy(shown, name.sun_path + 1);
-        socket_ = ::socket(AF_UNIX, SOCK_DGRAM | SOCK_CLOEXEC, 0);
-        const auto length = static_cast<socklen_t>(offsetof(sockaddr_un, sun_path) + 1 + shown.size());
-        if (::bind(socket_, reinterpret_cast<const sockaddr*>(&name), length) == 0) return;
-        ::close(socket_);
+// The link to a virtual machine's port while it runs: another one may take over what a dead one left, but nothing else. Throws SetupError
+// if a running machine has it.
+MachineLock own_link(const std::filesystem::path& link) {
+    const std::filesystem::path folder = std::filesystem::weakly_canonical(std::filesystem::absolute(link).parent_path());
+    try {
+        return MachineLock::of_name((folder / link.filename()).string());
+    } catch (const DeviceError&) {
         throw SetupError(fmt::format("{}: leads to a virtual machine that runs; end it first, or choose another link", link.string()));
     }
-    ~LinkOwner() { ::close(socket_); }
-    LinkOwner(const LinkOwner&) = delete;
-    LinkOwner& operator=(const LinkOwner&) = delete;
-    LinkOwner(LinkOwner&&) = delete;
-    LinkOwner& operator=(LinkOwner&&) = delete;
-
-private:
-    int socket_ = -1;
-};
+}
 
 // Of "HOST:PORT", which `option` was given.
 int port_of(const char* option, const std::string& where) {
-    const auto address = parse_tcp_address("tcp://" + where);
+    const auto address = parse_host_port(where);
     if (!address) throw SetupError(fmt::format("{}: {} is no HOST:PORT", option, where));
     if (address->host != "127.0.0.1" && address->host != "localhost") {
         throw SetupError(fmt::format("{}: {}: a virtual machine is for this computer alone; allowed: 127.0.0.1:PORT", option, where));
@@ -273,9 +251,9 @@ ExitCode run(const VmCommand& command, Output& output) {
             throw SetupError(fmt::format("--audit {}: is read by this run; choose another file", command.audit.string()));
     }
     if (!command.audit.empty()) write_file(command.audit, "");  // what cannot be written is found out now
-    std::optional<LinkOwner> owner;
+    MachineLock owner;
     const bool has_link = command.modbus.empty() && command.external.empty() && !is_tcp_address(command.grbl.string());
-    if (has_link) owner.emplace(command.grbl.empty() ? command.modbus_rtu : command.grbl);
+    if (has_link) owner = own_link(command.grbl.empty() ? command.modbus_rtu : command.grbl);
     const Scene scene = build_scene(config);
     const std::optional<ToolScene> tool = tool_scene(config, scene.object);
     BodyAudits body;

@@ -34,7 +34,7 @@ public:
     void say_alive();
     // The next line by then, or nothing; whose it is, is for the caller.
     [[nodiscard]] std::optional<Line> receive(std::chrono::nanoseconds until);
-    // The answer to that question; signs of life and answers to `expected` are handed on, any other is a fault.
+    // The answer to that question. Signs of life are passed over; an answer to any other is a fault.
     [[nodiscard]] Line wait_for(std::uint64_t id, std::string_view what, std::chrono::nanoseconds patience = {});
     // Throws BadAnswer: what was said cannot be true.
     [[noreturn]] void refuse(const std::string& what) const;

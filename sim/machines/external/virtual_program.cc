@@ -143,15 +143,13 @@ void VirtualProgram::hear(const std::string& line) {
     } else if (ask == "stop") {
         say(Json{{"id", id}, {"position", list(tool_.position())}, {"probe", is_probe_closed() ? "closed" : "open"}}.dump());
     } else {
-        begin(line);
+        begin(id, point_of(json.at("to")), json.at("feed"), json.at("until") == "open");
     }
 }
 
-void VirtualProgram::begin(const std::string& line) {
-    const Json json = Json::parse(line);
-    const std::uint64_t id = json.at("id");
+void VirtualProgram::begin(std::uint64_t id, const Point& to, double feed_mm_per_s, bool until_open) {
     if (std::exchange(is_pressed_, false)) tool_.press(false);
-    Move move{id, json.at("until") == "open", tool_.position(), point_of(json.at("to"))};
+    Move move{id, until_open, tool_.position(), to};
     const auto refuse = [&](const char* why) { say(Json{{"id", id}, {"error", why}}.dump()); };
     if (move_) return refuse("it moves");
     ++moves_;
@@ -161,7 +159,7 @@ void VirtualProgram::begin(const std::string& line) {
     if (!options_.fault.empty()) return refuse(options_.fault.c_str());
     if (!tool_.options().limits.contains(move.to, tool_.options().motion.resolution_mm)) return refuse("beyond the limits");
     if (is_probe_closed() && !move.until_open) return refuse("the probe is closed");
-    tool_.start_move(move.to, json.at("feed"), move.until_open ? VirtualTool::Guard::until_release : VirtualTool::Guard::until_contact);
+    tool_.start_move(move.to, feed_mm_per_s, move.until_open ? VirtualTool::Guard::until_release : VirtualTool::Guard::until_contact);
     move_ = std::make_unique<Move>(std::move(move));
 }
 

@@ -63,7 +63,6 @@ public:
 
     // "127.0.0.1:PORT"
     [[nodiscard]] std::string address() const;
-    [[nodiscard]] int port() const { return end_.port(); }
     // The machine stands still meanwhile.
     void with(const std::function<void(VirtualTool&)>& use);
     [[nodiscard]] std::uint64_t moves() const;
@@ -74,7 +73,7 @@ private:
     struct Move;
     void serve(const std::stop_token& stop);
     void hear(const std::string& line);
-    void begin(const std::string& line);
+    void begin(std::uint64_t id, const Point& to, double feed_mm_per_s, bool until_open);
     void end_move();
     void say(const std::string& line) { to_send_ += line + '\n'; }
     void advance(Seconds time);

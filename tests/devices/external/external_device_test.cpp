@@ -59,7 +59,7 @@ protected:
         while (!stream) {
             // The program sees the end of an earlier connection a moment later.
             try {
-                stream = std::make_unique<TcpStream>(*parse_tcp_address("tcp://" + program->address()));
+                stream = std::make_unique<TcpStream>(*parse_host_port(program->address()));
             } catch (const DeviceError&) {
                 if (std::chrono::steady_clock::now() > until) throw;
             }
