@@ -53,7 +53,10 @@ std::unique_ptr<Machine> connect_to(const ModbusSpec& modbus, const MachineSetti
 }
 
 std::unique_ptr<Machine> connect_to(const ExternalSpec& external, const MachineSettings& settings, const StopToken& stop) {
-    const ExternalOptions options{settings.motion, settings.origin, external.silence, external.slowest_answer, external.start_time};
+    ExternalOptions options{settings.motion, settings.origin, external.silence, external.slowest_answer, external.start_time};
+    options.homing = settings.homing;
+    options.touch_error_mm = settings.touch_error();
+    options.touch_pace = settings.touch.samples > 1 ? Pace::touch : Pace::probe;
     std::unique_ptr<ByteStream> stream;
     if (external.command.empty()) {
         stream = std::make_unique<TcpStream>(*parse_host_port(external.address));

@@ -176,8 +176,8 @@ void describe(Archive& keys, MachineConfig& machine) {
     alternative<ExternalSpec>(keys, {"external", "a program of your own that drives the machine; devices/external/PROTOCOL.md"},
                               machine.connection);
     keys.value({"homing",
-                "a machine that is locked or not homed is refused, is homed, or (no switches) is taken to be where it says; without "
-                "machine.grbl: require"},
+                "a machine that is locked or not homed is refused, is homed, or (no switches, machine.grbl alone) is taken to be where it "
+                "says; with machine.modbus: require"},
                machine.homing, Word{kHomingWords});
     keys.value({"origin", "machine coordinates of this configuration's origin", Need::optional, kMillimetres}, machine.origin,
                Triple{Number{kCoordinate}});
@@ -203,9 +203,11 @@ void describe(Archive& keys, MachineConfig& machine) {
                 machine.datum);
     }
     keys.require_one_alternative();
-    keys.require(machine.homing == Homing::require || std::holds_alternative<GrblSpec>(machine.connection), "homing",
-                 "is possible with machine.grbl alone: nothing else has a command for it; allowed: require; home the machine by its own "
-                 "means");
+    const bool is_grbl = std::holds_alternative<GrblSpec>(machine.connection);
+    keys.require(machine.homing != Homing::skip || is_grbl, "homing",
+                 "says that what is locked is unlocked, which only machine.grbl can be; allowed: require");
+    keys.require(machine.homing != Homing::run || is_grbl || std::holds_alternative<ExternalSpec>(machine.connection), "homing",
+                 "has no command with machine.modbus; allowed: require; home the machine by its own means");
     const std::string problem = stopping_problem(machine.motion);
     keys.require(problem.empty(), "overtravel", fmt::format("is too small: {}; allowed: more than that, or lower machine.feeds", problem));
     keys.require(machine.motion.retract_mm >= kLeastRetract * machine.motion.resolution_mm, "retract",

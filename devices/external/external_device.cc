@@ -20,6 +20,8 @@ constexpr auto kAlive = 100ms;
 // What a move may take beyond its duration as it is reckoned.
 constexpr double kPatience = 2.0;
 constexpr auto kMoreTime = 5s;
+// The longest homing cycle of a large, slow machine.
+constexpr auto kHomingTime = 300s;
 // mm: so far beside its way a tool that is under way may be seen: axes are not read at one instant.
 constexpr double kOffWay = 0.1;
 // Both ends and the touch are rounded.
@@ -39,6 +41,7 @@ struct ExternalDevice::End {
     std::optional<Point> touched;  // mm, machine coordinates
     Point rest = Point::Zero();
     bool is_probe_closed = false;
+    std::string why{};  // it was stopped
 };
 
 ExternalDevice::ExternalDevice(ByteStream& stream, Clock& clock, const ExternalOptions& options, StopToken stop)
@@ -69,9 +72,16 @@ void ExternalDevice::greet() {
     if (!line.name || !line.limits || !line.feed || !line.acceleration || !line.resolution || !line.stops_at_touch || !line.latches) {
         lose("answers \"hello\" without all of name, limits, feed, acceleration, resolution, stops_at_touch and latches");
     }
-    hello_ = {*line.name, *line.limits, *line.feed, *line.acceleration, *line.resolution};
-    if (!hello_.limits.is_valid() || !(hello_.feed_mm_per_s > 0) || !(hello_.acceleration_mm_per_s2 > 0) || !(hello_.resolution_mm > 0)) {
-        lose("says limits, a feed, an acceleration or a resolution that no machine has");
+    hello_ = {*line.name,
+              *line.limits,
+              *line.feed,
+              *line.acceleration,
+              *line.resolution,
+              Seconds(line.latch_time.value_or(0)),
+              line.homes.value_or(false)};
+    if (!hello_.limits.is_valid() || !(hello_.feed_mm_per_s > 0) || !(hello_.acceleration_mm_per_s2 > 0) || !(hello_.resolution_mm > 0) ||
+        hello_.latch_time < Seconds(0)) {
+        lose("says limits, a feed, an acceleration, a resolution or a latch_time that no machine has");
     }
     const char* const missing = !*line.stops_at_touch ? "does not stop by itself at a touch (stops_at_touch)"
                                 : !*line.latches      ? "does not know where it touched, only where it came to rest (latches)"
@@ -94,7 +104,8 @@ void ExternalDevice::require_able(const ExternalState& state) const {
     if (!state.fault.empty()) {
         problem = fmt::format("has a fault: {}", state.fault);
     } else if (!state.is_homed) {
-        problem = "is not homed, so nobody knows where the tool is: home it by its own means";
+        problem = fmt::format("is not homed, so nobody knows where the tool is: home it{}",
+                              hello_.homes ? ", or let Palpate do so (machine.homing: run)" : " by its own means");
     } else if (state.is_moving) {
         problem = "moves, and not by Palpate";
     }
@@ -117,7 +128,11 @@ ExternalState ExternalDevice::ready_at(const Point& start) {
 }
 
 void ExternalDevice::make_ready() {
-    const ExternalState state = this->state();
+    ExternalState state = this->state();
+    if (options_.homing == Homing::run && hello_.homes && !state.is_homed && !state.is_moving && state.fault.empty()) {
+        home();
+        state = this->state();
+    }
     require_able(state);
     if (state.is_probe_closed) {
         throw ProbeClosed(
@@ -136,6 +151,36 @@ void ExternalDevice::make_ready() {
                                       name(), number_text(hello_.resolution_mm, " mm"), number_text(options_.motion.resolution_mm, " mm")));
     }
     position_ = state.position;
+}
+
+void ExternalDevice::home() {
+    if (stop_.stop_requested()) throw Stopped("stopped before homing; nothing has moved");
+    const std::uint64_t id = talk_->send([](std::uint64_t number) { return external::ask(number, "home"); });
+    const auto until = talk_->now() + kHomingTime;
+    auto heard = talk_->now();
+    auto next_sign = heard + kAlive;
+    while (talk_->now() < until) {
+        if (stop_.stop_requested()) {
+            ask_to_stop();
+            throw PositionLost(fmt::format("homing {} on {} was stopped by the operator: home again, then resume", hello_.name, name()));
+        }
+        const auto line = talk_->receive(next_sign);
+        const auto now = talk_->now();
+        if (now >= next_sign) {
+            talk_->say_alive();
+            next_sign = now + kAlive;
+        }
+        if (line) heard = now;
+        if (line && line->id) {
+            if (*line->id != id) lose(fmt::format("answers question {}, not {}", *line->id, id));
+            if (line->error)
+                throw DeviceAlarm(0, fmt::format("{} on {} was not homed: {}{}", hello_.name, name(), *line->error, talk_->history()));
+            return;
+        }
+        if (now - heard > to_nanoseconds(options_.silence)) break;
+    }
+    ask_to_stop();
+    talk_->fail_silent("the end of homing, which was told to stop");
 }
 
 // --- moving ----------------------------------------------------------------------------------------------------------
@@ -309,6 +354,7 @@ ExternalDevice::End ExternalDevice::to_end(const external::Line& line) {
         end.touched = line.touched;
     } else if (*line.ended == "stopped") {
         end.by = By::stop;
+        end.why = line.why.value_or("");
     } else if (*line.ended != "target") {
         lose(fmt::format("says that a move was ended by \"{}\"; allowed: target, probe, stopped", *line.ended));
     }
@@ -318,8 +364,8 @@ ExternalDevice::End ExternalDevice::to_end(const external::Line& line) {
 void ExternalDevice::check(const End& end, const Way& way, double feed_mm_per_s) {
     if (end.by == End::By::stop) {
         is_lost_ = true;
-        throw DeviceAlarm(0, fmt::format("{} on {} says that it was stopped, and not by Palpate: see where the tool is, then resume{}",
-                                         hello_.name, name(), talk_->history()));
+        throw DeviceAlarm(0, fmt::format("{} on {} says that it was stopped, and not by Palpate{}{}: see where the tool is, then resume{}",
+                                         hello_.name, name(), end.why.empty() ? "" : ", but: ", end.why, talk_->history()));
     }
     const std::string problem = problem_of({end.touched, end.rest}, way, tolerance());
     if (!problem.empty()) lose(fmt::format("{} (move from {} to {})", problem, point_text(way.start), point_text(way.target)));

@@ -8,6 +8,7 @@
 
 #include "devices/byte_stream.h"
 #include "devices/clock.h"
+#include "devices/homing.h"
 #include "devices/motion_model.h"
 #include "devices/probe_device.h"
 #include "devices/stop_request.h"
@@ -27,6 +28,9 @@ struct ExternalOptions {
     Seconds silence{0.5};          // in a move: a program that is silent for so long is dead, and so are we for it
     Seconds slowest_answer{2.0};   // that waits for no motion
     Seconds start_time{10.0};      // from its start to its answer to `hello`
+    Homing homing = Homing::require;
+    double touch_error_mm = 0.0;    // that the session states
+    Pace touch_pace = Pace::probe;  // of the touches that count
 };
 
 // What the program says of its machine. Positions and limits are machine coordinates in mm.
@@ -36,6 +40,8 @@ struct ExternalHello {
     double feed_mm_per_s = 0.0;
     double acceleration_mm_per_s2 = 0.0;
     double resolution_mm = 0.0;
+    Seconds latch_time{0};  // from the probe's change until its place is taken, at the most
+    bool homes = false;     // when it is asked to
 };
 
 struct ExternalState {
@@ -65,7 +71,8 @@ public:
     [[nodiscard]] MoveResult guarded_move(const Point& target, Pace pace) override;
     void stop() override;
 
-    // Throws DeviceAlarm if it is not homed, moves or has a fault, ProbeClosed if the probe is closed.
+    // Homes it where the options say so, it is not homed and can be. Throws DeviceAlarm if it is not homed, moves or has a fault,
+    // ProbeClosed if the probe is closed, PositionLost if homing was stopped.
     void make_ready();
     // Off a surface that the probe was left on, straight towards `target`.
     void retreat(const Point& target);
@@ -87,6 +94,7 @@ private:
     [[nodiscard]] End wait_for_end(const Way& way, std::uint64_t move, double feed_mm_per_s, OnStop on_stop);
     // The same off a surface: a refusal is the probe's, which bounced since it was told of.
     [[nodiscard]] End run_off(const Way& way, bool until_open);
+    void home();
     // Throws DeviceAlarm if it cannot move. Nothing is sent.
     void require_able(const ExternalState& state) const;
     // The machine as it is, able to move and at `start`; what it is not throws.

@@ -26,7 +26,8 @@ MachineReport ExternalMachine::report() {
     const auto add = [&](const char* name, std::string value, bool is_good, const std::string& problem) {
         report.settings.push_back({name, std::move(value), is_good ? "" : problem});
     };
-    add("homed", state.is_homed ? "yes" : "no", state.is_homed, "home it by its own means: nobody knows where the tool is");
+    add("homed", state.is_homed ? "yes" : "no", state.is_homed,
+        fmt::format("nobody knows where the tool is: home it{}", hello.homes ? ", or say machine.homing: run" : " by its own means"));
     add("fault", state.fault.empty() ? "none" : state.fault, state.fault.empty(), "clear its cause");
     add("probe", state.is_probe_closed ? "closed" : "open", !state.is_probe_closed, "free it, or look at its lead");
     const double fastest = std::max({motion.feeds.travel_mm_per_s, motion.feeds.probe_mm_per_s, motion.feeds.touch_mm_per_s});
@@ -37,6 +38,13 @@ MachineReport ExternalMachine::report() {
         "less than machine.acceleration, so the tool needs longer to stop than was checked: lower machine.acceleration to it");
     add("resolution", number_text(hello.resolution_mm, " mm"), hello.resolution_mm <= motion.resolution_mm,
         fmt::format("coarser than machine.resolution: say {} or more there", number_text(hello.resolution_mm)));
+    if (hello.latch_time > Seconds(0)) {
+        const double late_mm = hello.latch_time.count() * motion.feeds.of(device_.options().touch_pace);
+        add("touch seen within",
+            fmt::format("{}, {} of the way", number_text(1e3 * hello.latch_time.count(), " ms"), number_text(late_mm, " mm")),
+            late_mm <= device_.options().touch_error_mm,
+            "more than touches are said to be off by: raise machine.noise to it, or lower machine.feeds");
+    }
     return report;
 }
 

@@ -17,7 +17,7 @@ public:
 
     [[nodiscard]] ProbeDevice& device() override { return device_; }
     [[nodiscard]] MachineReport report() override;
-    // Homes nothing: a machine that is not homed is refused.
+    // Homes where the options say so, and the program can.
     void make_ready() override { device_.make_ready(); }
     void retreat(const Point& target) override { device_.retreat(target); }
     [[nodiscard]] bool is_probe_closed() override { return device_.state().is_probe_closed; }

@@ -9,7 +9,7 @@
 #include "config/writer.h"
 #include "tests/config/support.h"
 
-namespace palpate {
+namespace palpate::documentation_test {
 namespace {
 
 std::string row(const KeyDoc& doc) {
@@ -73,6 +73,8 @@ TEST(Documentation, ExamplesOfMachinesAreRead) {
     }
     const SessionConfig external = read_config(std::filesystem::path(PALPATE_CONFIG_DIR) / "machines/external.yaml");
     EXPECT_EQ(std::get<ExternalSpec>(external.machine->connection).command.front(), "python3");
+    const SessionConfig linuxcnc = read_config(std::filesystem::path(PALPATE_CONFIG_DIR) / "machines/linuxcnc.yaml");
+    EXPECT_EQ(std::get<ExternalSpec>(linuxcnc.machine->connection).address, "127.0.0.1:5010");
 }
 
 // The block in the README is a file that works as it stands.
@@ -89,4 +91,4 @@ TEST(Documentation, ReadmesExampleIsRead) {
 }
 
 }  // namespace
-}  // namespace palpate
+}  // namespace palpate::documentation_test

@@ -8,7 +8,7 @@
 #include "config/writer.h"
 #include "tests/config/support.h"
 
-namespace palpate {
+namespace palpate::editor_test {
 namespace {
 
 using ::testing::HasSubstr;
@@ -97,4 +97,4 @@ TEST(Editor, ExamplesTakeACalibrationAndLoseNothing) {
 }
 
 }  // namespace
-}  // namespace palpate
+}  // namespace palpate::editor_test

@@ -9,7 +9,7 @@
 #include "config/writer.h"
 #include "tests/config/support.h"
 
-namespace palpate {
+namespace palpate::fuzz_test {
 namespace {
 
 using Random = std::mt19937_64;
@@ -159,4 +159,4 @@ TEST(Fuzz, HugeAndDeepTextsAreRefusedInBoundedTime) {
 }
 
 }  // namespace
-}  // namespace palpate
+}  // namespace palpate::fuzz_test

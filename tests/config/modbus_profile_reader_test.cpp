@@ -7,7 +7,7 @@
 
 #include "tests/config/support.h"
 
-namespace palpate {
+namespace palpate::modbus_profile_reader_test {
 namespace {
 
 std::filesystem::path standard_file() { return std::filesystem::path(PALPATE_CONFIG_DIR) / "profiles" / "standard.yaml"; }
@@ -89,4 +89,4 @@ TEST(ModbusProfileReader, AFileThatIsNotThereIsNamed) {
 }
 
 }  // namespace
-}  // namespace palpate
+}  // namespace palpate::modbus_profile_reader_test

@@ -5,7 +5,7 @@
 #include <array>
 #include <string>
 
-namespace palpate {
+namespace palpate::nearest_word_test {
 namespace {
 
 constexpr std::array<std::string_view, 5> kWords{"simulate", "check", "probe", "vm", "probed"};
@@ -32,4 +32,4 @@ TEST(NearestWord, IsProposedInAMessage) {
 }
 
 }  // namespace
-}  // namespace palpate
+}  // namespace palpate::nearest_word_test

@@ -3,7 +3,7 @@
 #include "config/reader.h"
 #include "tests/config/support.h"
 
-namespace palpate {
+namespace palpate::read_machine_test {
 namespace {
 
 const std::string kRest = "limits: {min: [-20, -20, -20], max: [20, 20, 40]}}\nprobing: {epsilon: 0.25}\n";
@@ -104,12 +104,15 @@ TEST_F(MachineReader, RefusesWhatCannotBe) {
               "machine.modbus.rtu.baud: 250000 is no speed of serial ports; allowed: " + serial_speeds());
     EXPECT_EQ(complaint(kGrbl + "retract: 0.004, " + kRest),
               "machine.retract: is lost in the machine's rounding; allowed: at least 5 x machine.resolution");
-    for (const char* word : {"run", "skip"}) {
-        EXPECT_EQ(complaint(kModbus + "homing: " + word + ", " + kRest),
-                  "machine.homing: is possible with machine.grbl alone: nothing else has a command for it; allowed: require; home the "
-                  "machine by its own means");
+    const std::string external = "machine: {external: {address: \"127.0.0.1:5010\"}, ";
+    EXPECT_EQ(complaint(kModbus + "homing: run, " + kRest),
+              "machine.homing: has no command with machine.modbus; allowed: require; home the machine by its own means");
+    for (const std::string& machine : {kModbus, external}) {
+        EXPECT_EQ(complaint(machine + "homing: skip, " + kRest),
+                  "machine.homing: says that what is locked is unlocked, which only machine.grbl can be; allowed: require");
+        EXPECT_EQ(complaint(machine + "homing: require, " + kRest), "nothing");
     }
-    EXPECT_EQ(complaint(kModbus + "homing: require, " + kRest), "nothing");
+    EXPECT_EQ(complaint(external + "homing: run, " + kRest), "nothing");
 }
 
 TEST_F(MachineReader, ADatumIsTouchedInOnePlaceAtLeast) {
@@ -132,4 +135,4 @@ TEST_F(MachineReader, ADatumIsTouchedInOnePlaceAtLeast) {
 }
 
 }  // namespace
-}  // namespace palpate
+}  // namespace palpate::read_machine_test

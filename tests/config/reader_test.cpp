@@ -8,7 +8,7 @@
 #include "config/writer.h"
 #include "tests/config/support.h"
 
-namespace palpate {
+namespace palpate::reader_test {
 namespace {
 
 const std::string kProbing = "probing: {epsilon: 0.25}\n";
@@ -538,4 +538,4 @@ TEST_F(Reader, LongAndStrangeValuesDoNotGarbleMessages) {
 }
 
 }  // namespace
-}  // namespace palpate
+}  // namespace palpate::reader_test

@@ -9,7 +9,7 @@
 #include "config/writer.h"
 #include "tests/config/support.h"
 
-namespace palpate {
+namespace palpate::round_trip_test {
 namespace {
 
 TEST(RoundTrip, AnyConfigReadsBackBitForBit) {
@@ -239,4 +239,4 @@ TEST(Writer, RefusesWhatYamlCannotHold) {
 }
 
 }  // namespace
-}  // namespace palpate
+}  // namespace palpate::round_trip_test

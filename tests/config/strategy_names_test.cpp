@@ -8,7 +8,7 @@
 #include <utility>
 #include <vector>
 
-namespace palpate {
+namespace palpate::strategy_names_test {
 namespace {
 
 TEST(StrategyNames, EveryCombinationReadsBackFromItsOwnName) {
@@ -85,4 +85,4 @@ TEST(StrategyNames, RefusesEverythingElseAndListsWhatIsAllowed) {
 }
 
 }  // namespace
-}  // namespace palpate
+}  // namespace palpate::strategy_names_test

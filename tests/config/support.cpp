@@ -192,6 +192,7 @@ MachineConfig random_machine(Random& random) {
         machine.connection = modbus;
     }
     if (std::holds_alternative<GrblSpec>(machine.connection)) machine.homing = static_cast<Homing>(random() % 3);
+    if (std::holds_alternative<ExternalSpec>(machine.connection)) machine.homing = static_cast<Homing>(random() % 2);
     machine.origin = any_point(random);
     machine.limits.min = any_point(random);
     machine.limits.max = machine.limits.min.cwiseAbs().array() + 1;

@@ -16,7 +16,7 @@
 #include "sim/machines/grbl/grbl_host.h"
 #include "sim/objects/hidden_object.h"
 
-namespace palpate {
+namespace palpate::conformance_test {
 namespace {
 
 using ::testing::HasSubstr;
@@ -155,4 +155,4 @@ TEST_F(ConformanceTest, NothingMovesWhereTheReportHasProblems) {
 }
 
 }  // namespace
-}  // namespace palpate
+}  // namespace palpate::conformance_test

@@ -12,7 +12,7 @@
 
 #include "devices/errors.h"
 
-namespace palpate {
+namespace palpate::device_oracle_test {
 namespace {
 
 // A half-space x >= wall that the probe cannot enter, and a log of what was asked.
@@ -194,4 +194,4 @@ TEST(DeviceOracle, ATouchIsPutOnTheLineThatWasAskedFor) {
 }
 
 }  // namespace
-}  // namespace palpate
+}  // namespace palpate::device_oracle_test

@@ -10,8 +10,9 @@
 #include "sim/machines/external/virtual_program.h"
 #include "sim/machines/grbl/grbl_host.h"
 #include "tests/devices/modbus/modbus_support.h"
+#include "tests/linuxcnc/fake_linuxcnc.h"
 
-namespace palpate {
+namespace palpate::machine_contract_test {
 namespace {
 
 const Point kStart = test::kStart;
@@ -105,9 +106,31 @@ private:
     VirtualProgram program_;
 };
 
+class LinuxCncRig {
+public:
+    explicit LinuxCncRig(bool is_homed)
+        : machine_(test::small_ball(kRadius, test::kOrigin, kStart + test::kOrigin, is_homed ? "" : "unhomed")) {}
+    [[nodiscard]] std::unique_ptr<Machine> connect() {
+        ExternalOptions options;
+        options.origin = test::kOrigin;
+        options.silence = Seconds(1);  // of a loaded computer
+        return std::make_unique<ExternalMachine>(machine_.connect(), options);
+    }
+    void place(const Point& p) { machine_.place(p + test::kOrigin); }
+    [[nodiscard]] VirtualToolAudit audit() {
+        VirtualToolAudit audit;
+        audit.moves = machine_.moves();
+        audit.unguarded_moves = machine_.unguarded_moves();
+        return audit;
+    }
+
+private:
+    test::FakeLinuxCnc machine_;
+};
+
 template <class Rig>
 class MachineContract : public ::testing::Test {};
-using Rigs = ::testing::Types<GrblRig, GrblTcpRig, ModbusRig, ExternalRig>;
+using Rigs = ::testing::Types<GrblRig, GrblTcpRig, ModbusRig, ExternalRig, LinuxCncRig>;
 TYPED_TEST_SUITE(MachineContract, Rigs);
 
 TYPED_TEST(MachineContract, AMachineThatIsNotHomedSaysSoAndIsNotMoved) {
@@ -155,4 +178,4 @@ TYPED_TEST(MachineContract, AToolThatWasLeftOnASurfaceIsTakenOffIt) {
 }
 
 }  // namespace
-}  // namespace palpate
+}  // namespace palpate::machine_contract_test

@@ -15,9 +15,10 @@
 #include "sim/machines/grbl/loopback_stream.h"
 #include "sim/simulated_device.h"
 #include "tests/devices/modbus/modbus_support.h"
+#include "tests/linuxcnc/fake_linuxcnc.h"
 #include "tests/random.h"
 
-namespace palpate {
+namespace palpate::probe_device_contract_test {
 namespace {
 
 using Outcome = MoveResult::Outcome;
@@ -119,6 +120,28 @@ private:
     ExternalDevice device_{stream_, clock_, driver_options()};
 };
 
+// LinuxCNC's own bridge, beside a LinuxCNC that is made up.
+class LinuxCncRig {
+public:
+    static constexpr double kResolution = 0.001;
+    LinuxCncRig() { device_.make_ready(); }
+    [[nodiscard]] ProbeDevice& device() { return device_; }
+    [[nodiscard]] Point tool() { return machine_.tool() - test::kOrigin; }
+    [[nodiscard]] Cost cost() { return {machine_.unguarded_moves(), 0, 0}; }
+
+private:
+    static ExternalOptions driver_options() {
+        ExternalOptions options;
+        options.origin = test::kOrigin;
+        options.silence = Seconds(1);  // of a loaded computer
+        return options;
+    }
+    test::FakeLinuxCnc machine_{test::small_ball(kRadius, test::kOrigin, kStart + test::kOrigin)};
+    SteadyClock clock_;
+    std::unique_ptr<TcpStream> stream_ = machine_.connect();
+    ExternalDevice device_{*stream_, clock_, driver_options()};
+};
+
 // --- decorators ------------------------------------------------------------------------------------------------------
 
 template <class Rig>
@@ -184,12 +207,12 @@ protected:
     Rig rig;
 };
 
-using Rigs =
-    testing::Types<SimulatedRig, Limited<SimulatedRig>, Measured<SimulatedRig>, Metered<SimulatedRig>, Session<SimulatedRig>,
-                   GrblMachineRig, Limited<GrblMachineRig>, Measured<GrblMachineRig>, Metered<GrblMachineRig>, Session<GrblMachineRig>,
-                   GrblHalRig, Limited<GrblHalRig>, Measured<GrblHalRig>, Metered<GrblHalRig>, Session<GrblHalRig>, TcpRig, Limited<TcpRig>,
-                   Measured<TcpRig>, Metered<TcpRig>, Session<TcpRig>, RtuRig, Limited<RtuRig>, Measured<RtuRig>, Metered<RtuRig>,
-                   Session<RtuRig>, ExternalRig, Limited<ExternalRig>, Measured<ExternalRig>, Metered<ExternalRig>, Session<ExternalRig>>;
+using Rigs = testing::Types<SimulatedRig, Limited<SimulatedRig>, Measured<SimulatedRig>, Metered<SimulatedRig>, Session<SimulatedRig>,
+                            GrblMachineRig, Limited<GrblMachineRig>, Measured<GrblMachineRig>, Metered<GrblMachineRig>,
+                            Session<GrblMachineRig>, GrblHalRig, Limited<GrblHalRig>, Measured<GrblHalRig>, Metered<GrblHalRig>,
+                            Session<GrblHalRig>, TcpRig, Limited<TcpRig>, Measured<TcpRig>, Metered<TcpRig>, Session<TcpRig>, RtuRig,
+                            Limited<RtuRig>, Measured<RtuRig>, Metered<RtuRig>, Session<RtuRig>, ExternalRig, Limited<ExternalRig>,
+                            Measured<ExternalRig>, Metered<ExternalRig>, Session<ExternalRig>, LinuxCncRig, Session<LinuxCncRig>>;
 TYPED_TEST_SUITE(ProbeDeviceContract, Rigs);
 
 TYPED_TEST(ProbeDeviceContract, ADeviceRestsWhereItsToolIs) { this->expect_at(kStart); }
@@ -300,4 +323,4 @@ TYPED_TEST(ProbeDeviceContract, RandomMovesEndWhereTheRayCasterSays) {
 }
 
 }  // namespace
-}  // namespace palpate
+}  // namespace palpate::probe_device_contract_test

@@ -22,7 +22,7 @@
 #include "sim/tool/tool_obstacle.h"
 #include "tests/end_to_end/temporary_mesh.h"
 
-namespace palpate {
+namespace palpate::area_test {
 namespace {
 
 constexpr double kClearance = 0.002;  // mm
@@ -241,4 +241,4 @@ INSTANTIATE_TEST_SUITE_P(Parts, WithinAnArea, ::testing::Range(std::size_t{0}, c
                          [](const auto& test) { return cases()[test.param].name; });
 
 }  // namespace
-}  // namespace palpate
+}  // namespace palpate::area_test

@@ -6,7 +6,7 @@
 #include "sim/truth.h"
 #include "tests/end_to_end/subjects.h"
 
-namespace palpate {
+namespace palpate::baselines_test {
 namespace {
 
 struct Scene {
@@ -123,4 +123,4 @@ TEST(Tool, NeverAimsOutOfATightWorkspace) {
 }
 
 }  // namespace
-}  // namespace palpate
+}  // namespace palpate::baselines_test

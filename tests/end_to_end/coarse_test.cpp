@@ -3,7 +3,7 @@
 #include "devices/device_oracle.h"
 #include "tests/end_to_end/subjects.h"
 
-namespace palpate {
+namespace palpate::coarse_test {
 namespace {
 
 void expect_right_or_incomplete(const FinishedRun& run) {
@@ -52,4 +52,4 @@ TEST(Coarse, TheFloorIsRespectedAndReported) {
 }
 
 }  // namespace
-}  // namespace palpate
+}  // namespace palpate::coarse_test

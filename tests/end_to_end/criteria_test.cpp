@@ -4,7 +4,7 @@
 
 #include "tests/end_to_end/subjects.h"
 
-namespace palpate {
+namespace palpate::criteria_test {
 namespace {
 
 double smallest_angle(const TriangleMesh& mesh, const std::array<std::uint32_t, 3>& t) {
@@ -132,4 +132,4 @@ INSTANTIATE_TEST_SUITE_P(Strategies, Refined, ::testing::ValuesIn(all_strategies
                          [](const auto& test) { return strategy_name(test.param); });
 
 }  // namespace
-}  // namespace palpate
+}  // namespace palpate::criteria_test

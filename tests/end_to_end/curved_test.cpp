@@ -11,7 +11,7 @@
 #include "sim/truth.h"
 #include "tests/end_to_end/subjects.h"
 
-namespace palpate {
+namespace palpate::curved_test {
 namespace {
 
 struct Case {
@@ -66,4 +66,4 @@ INSTANTIATE_TEST_SUITE_P(Objects, Curved,
                          });
 
 }  // namespace
-}  // namespace palpate
+}  // namespace palpate::curved_test

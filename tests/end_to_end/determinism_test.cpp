@@ -2,7 +2,7 @@
 
 #include "tests/end_to_end/subjects.h"
 
-namespace palpate {
+namespace palpate::determinism_test {
 namespace {
 
 TEST(Determinism, SameTouchesByteForByte) {
@@ -58,4 +58,4 @@ TEST(Determinism, WatchingChangesNothing) {
 }
 
 }  // namespace
-}  // namespace palpate
+}  // namespace palpate::determinism_test

@@ -7,7 +7,7 @@
 #include "planner/errors.h"
 #include "tests/end_to_end/subjects.h"
 
-namespace palpate {
+namespace palpate::going_on_test {
 namespace {
 
 // As if the object had moved by `shift` since.
@@ -191,4 +191,4 @@ TEST(GoingOn, OnlyInABox) {
 }
 
 }  // namespace
-}  // namespace palpate
+}  // namespace palpate::going_on_test

@@ -6,7 +6,7 @@
 #include "sim/facet_truth.h"
 #include "tests/end_to_end/subjects.h"
 
-namespace palpate {
+namespace palpate::growth_test {
 namespace {
 
 struct Cost {
@@ -175,4 +175,4 @@ TEST(Audit, EndsWhenItIsEnough) {
 }
 
 }  // namespace
-}  // namespace palpate
+}  // namespace palpate::growth_test

@@ -2,7 +2,7 @@
 #include "planner/motion/probed_space.h"
 #include "tests/end_to_end/subjects.h"
 
-namespace palpate {
+namespace palpate::invariants_test {
 namespace {
 
 class Invariants : public ::testing::TestWithParam<Strategy> {};
@@ -28,4 +28,4 @@ INSTANTIATE_TEST_SUITE_P(Strategies, Invariants, ::testing::ValuesIn(all_strateg
                          [](const auto& test) { return strategy_name(test.param); });
 
 }  // namespace
-}  // namespace palpate
+}  // namespace palpate::invariants_test

@@ -7,7 +7,7 @@
 #include "tests/end_to_end/subjects.h"
 #include "tests/random.h"
 
-namespace palpate {
+namespace palpate::machine_errors_test {
 namespace {
 
 constexpr double kResolution_mm = 0.001;
@@ -119,4 +119,4 @@ TEST(MachineErrors, APlaceThatCannotBeMeasuredEndsIncompleteAndSaysWhere) {
 }
 
 }  // namespace
-}  // namespace palpate
+}  // namespace palpate::machine_errors_test

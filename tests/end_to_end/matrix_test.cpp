@@ -2,7 +2,7 @@
 #include "sim/truth.h"
 #include "tests/end_to_end/subjects.h"
 
-namespace palpate {
+namespace palpate::matrix_test {
 namespace {
 
 struct Case {
@@ -53,4 +53,4 @@ INSTANTIATE_TEST_SUITE_P(Objects, Matrix, ::testing::ValuesIn(all_cases()), [](c
 });
 
 }  // namespace
-}  // namespace palpate
+}  // namespace palpate::matrix_test

@@ -8,7 +8,7 @@
 #include "tests/end_to_end/temporary_mesh.h"
 #include "tests/random.h"
 
-namespace palpate {
+namespace palpate::parts_test {
 namespace {
 
 std::vector<Strategy> four_strategies() {
@@ -127,4 +127,4 @@ INSTANTIATE_TEST_SUITE_P(Strategies, Cases, ::testing::ValuesIn(four_strategies(
                          [](const auto& test) { return test.index == 0 ? "thesis" : strategy_name(test.param); });
 
 }  // namespace
-}  // namespace palpate
+}  // namespace palpate::parts_test

@@ -3,7 +3,7 @@
 
 #include "tests/end_to_end/subjects.h"
 
-namespace palpate {
+namespace palpate::planar_test {
 namespace {
 
 TEST(Planar, SharpBoxAlongTheAxes) {
@@ -39,4 +39,4 @@ TEST(Planar, BunnyWhoseSamplesResolveItsTriangles) {
 }
 
 }  // namespace
-}  // namespace palpate
+}  // namespace palpate::planar_test

@@ -5,7 +5,7 @@
 #include "sim/truth.h"
 #include "tests/end_to_end/subjects.h"
 
-namespace palpate {
+namespace palpate::probe_errors_test {
 namespace {
 
 struct ErringRun {
@@ -92,4 +92,4 @@ TEST(ErringProbes, AMachineThatDriftsProbesASurfaceOfTheSameKind) {
 }
 
 }  // namespace
-}  // namespace palpate
+}  // namespace palpate::probe_errors_test

@@ -14,7 +14,7 @@
 #include "tests/end_to_end/subjects.h"
 #include "tests/random.h"
 
-namespace palpate {
+namespace palpate::probe_watch_test {
 namespace {
 
 using ::testing::HasSubstr;
@@ -239,4 +239,4 @@ TEST(ProbeWatch, CostsLittle) {
 }
 
 }  // namespace
-}  // namespace palpate
+}  // namespace palpate::probe_watch_test

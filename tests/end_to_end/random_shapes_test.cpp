@@ -4,7 +4,7 @@
 
 #include "tests/end_to_end/subjects.h"
 
-namespace palpate {
+namespace palpate::random_shapes_test {
 namespace {
 
 class RandomShapes : public ::testing::TestWithParam<std::uint64_t> {
@@ -54,4 +54,4 @@ TEST_P(RandomShapes, EndWithTheTruth) {
 INSTANTIATE_TEST_SUITE_P(Seeds, RandomShapes, ::testing::Range<std::uint64_t>(1, 21));
 
 }  // namespace
-}  // namespace palpate
+}  // namespace palpate::random_shapes_test

@@ -1,7 +1,7 @@
 // What the default strategy is for.
 #include "tests/end_to_end/subjects.h"
 
-namespace palpate {
+namespace palpate::strategy_cost_test {
 namespace {
 
 TEST(StrategyCost, EagerClosureNeedsHalfTheProbesOfTheThesisOnATorus) {
@@ -14,4 +14,4 @@ TEST(StrategyCost, EagerClosureNeedsHalfTheProbesOfTheThesisOnATorus) {
 }
 
 }  // namespace
-}  // namespace palpate
+}  // namespace palpate::strategy_cost_test

@@ -20,7 +20,7 @@
 #include "tests/end_to_end/part_meshes.h"
 #include "tests/end_to_end/temporary_mesh.h"
 
-namespace palpate {
+namespace palpate::table_test {
 namespace {
 
 constexpr double kClearance = 0.002;  // mm
@@ -218,4 +218,4 @@ INSTANTIATE_TEST_SUITE_P(Parts, OnATable, ::testing::Range(std::size_t{0}, parts
                          [](const auto& test) { return parts()[test.param].name; });
 
 }  // namespace
-}  // namespace palpate
+}  // namespace palpate::table_test

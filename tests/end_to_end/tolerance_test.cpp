@@ -12,7 +12,7 @@
 #include "tests/end_to_end/subjects.h"
 #include "tests/end_to_end/temporary_mesh.h"
 
-namespace palpate {
+namespace palpate::tolerance_test {
 namespace {
 
 struct Wanted {
@@ -76,4 +76,4 @@ TEST(NoTolerance, AsksForNothing) {
 }
 
 }  // namespace
-}  // namespace palpate
+}  // namespace palpate::tolerance_test

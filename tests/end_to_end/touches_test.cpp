@@ -11,7 +11,7 @@
 #include "tests/end_to_end/temporary_mesh.h"
 #include "tests/random.h"
 
-namespace palpate {
+namespace palpate::touches_test {
 namespace {
 
 struct Part {
@@ -198,4 +198,4 @@ TEST(NightlyAudits, TheBoundHolds) {
 }
 
 }  // namespace
-}  // namespace palpate
+}  // namespace palpate::touches_test

@@ -10,7 +10,7 @@
 #include "planner/grown_fixtures.h"
 #include "tests/random.h"
 
-namespace palpate {
+namespace palpate::area_test {
 namespace {
 
 using ::testing::HasSubstr;
@@ -225,4 +225,4 @@ TEST(SurroundingsWithAnArea, RefusesWhatLeavesNothingToProbeOrNoWayIn) {
 }
 
 }  // namespace
-}  // namespace palpate
+}  // namespace palpate::area_test

@@ -8,7 +8,7 @@
 #include <utility>
 #include <vector>
 
-namespace palpate {
+namespace palpate::certificate_test {
 namespace {
 
 using Kind = Premise::Kind;
@@ -253,4 +253,4 @@ TEST(Certificate, NothingIsGuaranteedAfterABudgetOrWithBadFacets) {
 }
 
 }  // namespace
-}  // namespace palpate
+}  // namespace palpate::certificate_test

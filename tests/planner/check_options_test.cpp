@@ -6,7 +6,7 @@
 #include <limits>
 #include <stdexcept>
 
-namespace palpate {
+namespace palpate::check_options_test {
 namespace {
 
 Options with_epsilon(double epsilon) {
@@ -76,4 +76,4 @@ TEST(CheckOptions, RefusesWhatDoublesCannotTellApart) {
 }
 
 }  // namespace
-}  // namespace palpate
+}  // namespace palpate::check_options_test

@@ -6,7 +6,7 @@
 #include <numbers>
 #include <random>
 
-namespace palpate {
+namespace palpate::criteria_test {
 namespace {
 
 const Point kHere = Point::Zero();
@@ -83,4 +83,4 @@ TEST(Criteria, SkinnyIsByTheSmallestAngle) {
 }
 
 }  // namespace
-}  // namespace palpate
+}  // namespace palpate::criteria_test

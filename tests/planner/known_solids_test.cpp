@@ -8,7 +8,7 @@
 #include "planner/grown_fixtures.h"
 #include "tests/random.h"
 
-namespace palpate {
+namespace palpate::known_solids_test {
 namespace {
 
 constexpr std::uint64_t kSeed = 20261130;
@@ -222,4 +222,4 @@ TEST(GrownFixtures, RefusesWhatCannotBeProbed) {
 }
 
 }  // namespace
-}  // namespace palpate
+}  // namespace palpate::known_solids_test

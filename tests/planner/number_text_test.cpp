@@ -6,7 +6,7 @@
 #include <cstdlib>
 #include <limits>
 
-namespace palpate {
+namespace palpate::number_text_test {
 namespace {
 
 constexpr double kMax = std::numeric_limits<double>::max();
@@ -29,4 +29,4 @@ TEST(PointText, ShowsMicrometresAndAnythingElse) {
 }
 
 }  // namespace
-}  // namespace palpate
+}  // namespace palpate::number_text_test

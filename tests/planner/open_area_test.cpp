@@ -5,7 +5,7 @@
 #include <cmath>
 #include <numbers>
 
-namespace palpate {
+namespace palpate::open_area_test {
 namespace {
 
 constexpr double kSmallEnough = 2;
@@ -94,4 +94,4 @@ TEST(OpenArea, OfLargeFacetsIsTheirs) {
 }
 
 }  // namespace
-}  // namespace palpate
+}  // namespace palpate::open_area_test

@@ -4,7 +4,7 @@
 
 #include <cmath>
 
-namespace palpate {
+namespace palpate::probe_surface_test {
 namespace {
 
 TEST(LowerBound, IsTheHexagonalLattice) {
@@ -14,4 +14,4 @@ TEST(LowerBound, IsTheHexagonalLattice) {
 }
 
 }  // namespace
-}  // namespace palpate
+}  // namespace palpate::probe_surface_test

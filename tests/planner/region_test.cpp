@@ -7,7 +7,7 @@
 
 #include "tests/planner/some_regions.h"
 
-namespace palpate {
+namespace palpate::region_test {
 namespace {
 
 constexpr std::uint64_t kSeed = 20240611;
@@ -133,4 +133,4 @@ TEST(Region, RefusesSizesThatMakeNoSense) {
 }
 
 }  // namespace
-}  // namespace palpate
+}  // namespace palpate::region_test

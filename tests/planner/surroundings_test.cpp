@@ -9,7 +9,7 @@
 
 #include "tests/planner/some_regions.h"
 
-namespace palpate {
+namespace palpate::surroundings_test {
 namespace {
 
 constexpr std::uint64_t kSeed = 20240611;
@@ -168,4 +168,4 @@ TEST(Surroundings, PathFromInsideABoxIsRefused) {
 }
 
 }  // namespace
-}  // namespace palpate
+}  // namespace palpate::surroundings_test

@@ -6,7 +6,7 @@
 #include <cmath>
 #include <numbers>
 
-namespace palpate {
+namespace palpate::topology_test {
 namespace {
 
 TriangleMesh tetrahedron(const Point& at = Point::Zero(), double size = 1) {
@@ -217,4 +217,4 @@ TEST(SurfaceArea, OfKnownMeshes) {
 }
 
 }  // namespace
-}  // namespace palpate
+}  // namespace palpate::topology_test

@@ -6,7 +6,7 @@
 
 #include "tests/random.h"
 
-namespace palpate {
+namespace palpate::area_audit_test {
 namespace {
 
 const Box kWorkspace{{-10, -10, -10}, {10, 10, 10}};
@@ -61,4 +61,4 @@ TEST(AreaAudit, SteppingAlongAMoveSaysTheSame) {
 }
 
 }  // namespace
-}  // namespace palpate
+}  // namespace palpate::area_audit_test

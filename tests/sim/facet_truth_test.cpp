@@ -2,7 +2,7 @@
 
 #include <gtest/gtest.h>
 
-namespace palpate {
+namespace palpate::facet_truth_test {
 namespace {
 
 // A corner on the unit sphere's top, and a dual edge that begins above it and ends at that height. The ball's centre is the top itself, or
@@ -31,4 +31,4 @@ TEST(FacetTruth, AnEdgeThatLeavesTheObjectAgainIsJudgedByItsBall) {
 }
 
 }  // namespace
-}  // namespace palpate
+}  // namespace palpate::facet_truth_test

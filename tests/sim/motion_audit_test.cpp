@@ -7,7 +7,7 @@
 #include "sim/objects/hidden_object.h"
 #include "tests/sim/support.h"
 
-namespace palpate {
+namespace palpate::motion_audit_test {
 namespace {
 
 std::uint64_t unsafe(const HiddenObject& object, const Segment& move) {
@@ -77,4 +77,4 @@ TEST(MotionAuditTest, AgreesWithSamplingAlongRandomMoves) {
 }
 
 }  // namespace
-}  // namespace palpate
+}  // namespace palpate::motion_audit_test

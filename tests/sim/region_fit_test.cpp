@@ -4,7 +4,7 @@
 
 #include "sim/objects/errors.h"
 
-namespace palpate {
+namespace palpate::region_fit_test {
 namespace {
 
 TEST(WorkspaceFit, AutoContainsTheObject) {
@@ -46,4 +46,4 @@ TEST(WorkspaceFit, AnObjectThatNoLineMeetsIsRefused) {
 }
 
 }  // namespace
-}  // namespace palpate
+}  // namespace palpate::region_fit_test

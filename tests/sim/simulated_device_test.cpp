@@ -9,7 +9,7 @@
 #include "sim/objects/hidden_object.h"
 #include "tests/sim/support.h"
 
-namespace palpate {
+namespace palpate::simulated_device_test {
 namespace {
 
 using Outcome = MoveResult::Outcome;
@@ -103,4 +103,4 @@ TEST(SimulatedDeviceTest, RandomWalksStayOutsideEveryObject) {
 }
 
 }  // namespace
-}  // namespace palpate
+}  // namespace palpate::simulated_device_test

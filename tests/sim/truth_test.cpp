@@ -11,7 +11,7 @@
 #include "sim/objects/errors.h"
 #include "tests/sim/support.h"
 
-namespace palpate {
+namespace palpate::truth_test {
 namespace {
 
 constexpr std::uint64_t kSeed = 99;
@@ -126,4 +126,4 @@ TEST(TruthTest, UniformNumbersAreTheSameEverywhere) {
 }
 
 }  // namespace
-}  // namespace palpate
+}  // namespace palpate::truth_test

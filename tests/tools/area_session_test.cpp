@@ -9,7 +9,7 @@
 #include "sim/objects/mesh/mesh_file.h"
 #include "tests/tools/session_rig.h"
 
-namespace palpate {
+namespace palpate::area_session_test {
 namespace {
 
 using ::testing::HasSubstr;
@@ -123,4 +123,4 @@ TEST_F(AreaRig, AnAreaWithoutThePartSaysSoAndTheToolIsBackOutside) {
 }
 
 }  // namespace
-}  // namespace palpate
+}  // namespace palpate::area_session_test

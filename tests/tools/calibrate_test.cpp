@@ -9,7 +9,7 @@
 #include "tests/tools/terminal_rig.h"
 #include "tools/calibration_file.h"
 
-namespace palpate {
+namespace palpate::calibrate_test {
 namespace {
 
 using namespace std::chrono_literals;
@@ -252,4 +252,4 @@ TEST(CalibrationFile, AgesAreReckonedFromTheDateInTheFile) {
 }
 
 }  // namespace
-}  // namespace palpate
+}  // namespace palpate::calibrate_test

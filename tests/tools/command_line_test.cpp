@@ -12,7 +12,7 @@
 
 #include "devices/session/journal.h"
 
-namespace palpate {
+namespace palpate::command_line_test {
 namespace {
 
 namespace fs = std::filesystem;
@@ -541,4 +541,4 @@ TEST_F(CommandLine, AFolderThatCannotBeWrittenIsSaidBeforeTheRun) {
 }
 
 }  // namespace
-}  // namespace palpate
+}  // namespace palpate::command_line_test

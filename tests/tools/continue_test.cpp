@@ -7,7 +7,7 @@
 #include "tests/tools/session_rig.h"
 #include "tools/earlier_session.h"
 
-namespace palpate {
+namespace palpate::continue_test {
 namespace {
 
 using namespace std::chrono_literals;
@@ -152,4 +152,4 @@ TEST_F(Continue, APartThatHasMovedStopsItBeforeAnythingIsWritten) {
 }
 
 }  // namespace
-}  // namespace palpate
+}  // namespace palpate::continue_test

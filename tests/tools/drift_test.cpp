@@ -12,7 +12,7 @@
 #include "tests/random.h"
 #include "tests/tools/session_rig.h"
 
-namespace palpate {
+namespace palpate::drift_test {
 namespace {
 
 using ::testing::HasSubstr;
@@ -243,4 +243,4 @@ TEST_F(Drift, ADatumThatCannotBeTouchedIsRefusedWithItsKey) {
 }
 
 }  // namespace
-}  // namespace palpate
+}  // namespace palpate::drift_test

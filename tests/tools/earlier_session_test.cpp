@@ -8,7 +8,7 @@
 #include "devices/errors.h"
 #include "tools/session_files.h"
 
-namespace palpate {
+namespace palpate::earlier_session_test {
 namespace {
 
 namespace fs = std::filesystem;
@@ -80,4 +80,4 @@ TEST(EarlierSession, AFolderWithoutTouchesIsNoSession) {
 }
 
 }  // namespace
-}  // namespace palpate
+}  // namespace palpate::earlier_session_test

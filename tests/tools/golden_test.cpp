@@ -8,7 +8,7 @@
 #include "devices/session/journal.h"
 #include "tests/tools/session_rig.h"
 
-namespace palpate {
+namespace palpate::golden_test {
 namespace {
 
 const fs::path kRecord = fs::path(PALPATE_TEST_DATA) / "golden.txt";
@@ -85,4 +85,4 @@ TEST_F(Golden, SessionsGiveTheBytesThatAreRecorded) {
 }
 
 }  // namespace
-}  // namespace palpate
+}  // namespace palpate::golden_test

@@ -10,7 +10,7 @@
 #include <string>
 #include <vector>
 
-namespace palpate {
+namespace palpate::layering_test {
 namespace {
 
 namespace fs = std::filesystem;
@@ -206,4 +206,4 @@ TEST(Layering, PublicHeadersDoNotShowCgal) {
 }
 
 }  // namespace
-}  // namespace palpate
+}  // namespace palpate::layering_test

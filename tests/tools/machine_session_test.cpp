@@ -14,7 +14,7 @@
 #include "tests/tools/session_rig.h"
 #include "tools/provenance.h"
 
-namespace palpate {
+namespace palpate::machine_session_test {
 namespace {
 
 using namespace std::chrono_literals;
@@ -690,4 +690,4 @@ TEST_F(MachineSession, ASessionThatCannotBeginSaysWhyAndLeavesNothing) {
 }
 
 }  // namespace
-}  // namespace palpate
+}  // namespace palpate::machine_session_test

@@ -15,7 +15,7 @@
 #include "tools/simulation.h"
 #include "tools/summary.h"
 
-namespace palpate {
+namespace palpate::part_result_test {
 namespace {
 
 using ::testing::HasSubstr;
@@ -213,4 +213,4 @@ TEST_F(PartResultTest, WithoutAToolThereIsNone) {
 }
 
 }  // namespace
-}  // namespace palpate
+}  // namespace palpate::part_result_test

@@ -12,7 +12,7 @@
 #include "tests/tools/session_rig.h"
 #include "tests/tools/terminal_rig.h"
 
-namespace palpate {
+namespace palpate::probe_life_test {
 namespace {
 
 using namespace std::chrono_literals;
@@ -159,4 +159,4 @@ TEST_F(ByHand, CheckAsksForItToo) {
 }
 
 }  // namespace
-}  // namespace palpate
+}  // namespace palpate::probe_life_test

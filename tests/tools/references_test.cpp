@@ -10,7 +10,7 @@
 #include <string>
 #include <vector>
 
-namespace palpate {
+namespace palpate::references_test {
 namespace {
 
 namespace fs = std::filesystem;
@@ -114,4 +114,4 @@ TEST(References, SourceFilesThatAreNamedExist) {
 }
 
 }  // namespace
-}  // namespace palpate
+}  // namespace palpate::references_test

@@ -18,7 +18,7 @@
 #include "tools/machine.h"
 #include "tools/session_plan.h"
 
-namespace palpate {
+namespace palpate::resumption_test {
 namespace {
 
 using namespace std::chrono_literals;
@@ -164,4 +164,4 @@ TEST_F(Resumption, OfASessionThatHasHardlyBegunSaysWhatItCannotSee) {
 }
 
 }  // namespace
-}  // namespace palpate
+}  // namespace palpate::resumption_test

@@ -9,7 +9,7 @@
 #include "config/reader.h"
 #include "tools/simulation.h"
 
-namespace palpate {
+namespace palpate::run_estimate_test {
 namespace {
 
 using std::chrono::seconds;
@@ -78,4 +78,4 @@ TEST(RunEstimate, IsThereFromATenthOn) {
 }
 
 }  // namespace
-}  // namespace palpate
+}  // namespace palpate::run_estimate_test

@@ -17,7 +17,7 @@
 #include "tools/session_folder.h"
 #include "tools/summary.h"
 
-namespace palpate {
+namespace palpate::session_files_test {
 namespace {
 
 namespace fs = std::filesystem;
@@ -238,4 +238,4 @@ TEST(SessionFiles, AFolderWithoutASessionIsUsed) {
 }
 
 }  // namespace
-}  // namespace palpate
+}  // namespace palpate::session_files_test

@@ -10,7 +10,7 @@
 #include "tests/tools/session_rig.h"
 #include "tests/tools/terminal_rig.h"
 
-namespace palpate {
+namespace palpate::setup_test {
 namespace {
 
 using namespace std::chrono_literals;
@@ -279,4 +279,4 @@ TEST_F(Setup, AVirtualMachineIsSetUpAndProbed) {
 }
 
 }  // namespace
-}  // namespace palpate
+}  // namespace palpate::setup_test

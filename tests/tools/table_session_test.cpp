@@ -17,7 +17,7 @@
 #include "tests/tools/session_rig.h"
 #include "tools/simulation.h"
 
-namespace palpate {
+namespace palpate::table_session_test {
 namespace {
 
 using namespace std::chrono_literals;
@@ -244,4 +244,4 @@ TEST_F(TableSession, OnAModbusControllerItFindsWhatASimulationFinds) {
 }
 
 }  // namespace
-}  // namespace palpate
+}  // namespace palpate::table_session_test

@@ -9,7 +9,7 @@
 #include "devices/errors.h"
 #include "tests/random.h"
 
-namespace palpate {
+namespace palpate::table_setup_test {
 namespace {
 
 SessionConfig config_with(const std::string& tool, const std::string& more = "") {
@@ -106,4 +106,4 @@ TEST(TableSetup, ClampsStay) {
 }
 
 }  // namespace
-}  // namespace palpate
+}  // namespace palpate::table_setup_test

@@ -110,6 +110,9 @@ std::variant<Line, Malformed> parse(std::string_view text) {
     members.number("resolution", line.resolution);
     members.flag("stops_at_touch", line.stops_at_touch);
     members.flag("latches", line.latches);
+    members.number("latch_time", line.latch_time);
+    members.flag("homes", line.homes);
+    members.text("why", line.why);
     if (!members.problem().empty()) return Malformed{members.problem()};
     return line;
 }

@@ -29,6 +29,9 @@ struct Line {
     std::optional<double> resolution;    // mm
     std::optional<bool> stops_at_touch;
     std::optional<bool> latches;
+    std::optional<double> latch_time;  // s
+    std::optional<bool> homes;
+    std::optional<std::string> why;  // a move was stopped
 };
 
 // What is wrong with a line, in words.

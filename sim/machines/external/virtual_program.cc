@@ -39,7 +39,11 @@ struct VirtualProgram::Move {
 };
 
 VirtualProgram::VirtualProgram(VirtualTool& tool, VirtualProgramOptions options)
-    : tool_(tool), options_(std::move(options)), end_(options_.port), thread_([this](const std::stop_token& stop) { serve(stop); }) {}
+    : tool_(tool),
+      options_(std::move(options)),
+      end_(options_.port),
+      is_homed_(options_.homed),
+      thread_([this](const std::stop_token& stop) { serve(stop); }) {}
 
 VirtualProgram::~VirtualProgram() = default;
 
@@ -126,14 +130,16 @@ void VirtualProgram::hear(const std::string& line) {
                  {"acceleration", axes.motion.acceleration_mm_per_s2},
                  {"resolution", axes.motion.resolution_mm},
                  {"stops_at_touch", options_.stops_at_touch},
-                 {"latches", options_.latches}}
+                 {"latches", options_.latches},
+                 {"homes", options_.homes},
+                 {"latch_time", options_.latch_time.count()}}
                 .dump());
     } else if (ask == "state") {
         say(Json{{"id", id},
                  {"position", list(tool_.position())},
                  {"moving", move_ != nullptr},
                  {"probe", is_probe_closed() ? "closed" : "open"},
-                 {"homed", options_.homed},
+                 {"homed", is_homed_},
                  {"fault", options_.fault}}
                 .dump());
     } else if (ask == "stop" && move_) {
@@ -142,6 +148,10 @@ void VirtualProgram::hear(const std::string& line) {
         tool_.decelerate();
     } else if (ask == "stop") {
         say(Json{{"id", id}, {"position", list(tool_.position())}, {"probe", is_probe_closed() ? "closed" : "open"}}.dump());
+    } else if (ask == "home") {
+        is_homed_ = is_homed_ || options_.homes;
+        const Json position = list(tool_.position());
+        say((is_homed_ ? Json{{"id", id}, {"position", position}} : Json{{"id", id}, {"error", "it cannot home"}}).dump());
     } else {
         begin(id, point_of(json.at("to")), json.at("feed"), json.at("until") == "open");
     }
@@ -155,7 +165,7 @@ void VirtualProgram::begin(std::uint64_t id, const Point& to, double feed_mm_per
     ++moves_;
     if (suffers(ProgramFault::Kind::stays_closed)) is_stuck_ = true;
     if (suffers(ProgramFault::Kind::refuses)) return refuse("it does not want to");
-    if (!options_.homed) return refuse("not homed");
+    if (!is_homed_) return refuse("not homed");
     if (!options_.fault.empty()) return refuse(options_.fault.c_str());
     if (!tool_.options().limits.contains(move.to, tool_.options().motion.resolution_mm)) return refuse("beyond the limits");
     if (is_probe_closed() && !move.until_open) return refuse("the probe is closed");
@@ -212,6 +222,7 @@ void VirtualProgram::end_move() {
     if (suffers(Kind::rest_beside)) rest += beside;
     if (suffers(Kind::rest_far) && trigger) rest = *trigger + 8 * along;
     if (!suffers(Kind::half_answer)) answer["position"] = list(rest);
+    if (answer["ended"] == "stopped" && !move->is_stopped) answer["why"] = "its emergency stop is in";
     answer["probe"] = is_probe_closed() ? "closed" : "open";
     say(answer.dump());
     for (const std::uint64_t id : move->stops) {

@@ -45,9 +45,11 @@ struct VirtualProgramOptions {
     bool is_fast = true;  // motion takes no time
     std::string name = "Virtual arm 1.0";
     bool homed = true;
+    bool homes = false;   // it can be asked to
     std::string fault{};  // in words; it does not move then
     bool stops_at_touch = true;
     bool latches = true;
+    Seconds latch_time{0};
     std::vector<ProgramFault> faults{};
 };
 
@@ -85,6 +87,7 @@ private:
     const VirtualProgramOptions options_;
     TcpClientEnd end_;
     mutable std::mutex mutex_;  // over what follows
+    bool is_homed_;
     std::string heard_;
     std::string to_send_;
     std::unique_ptr<Move> move_;

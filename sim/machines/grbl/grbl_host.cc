@@ -104,8 +104,10 @@ void GrblHost::serve(const std::stop_token& stop) {
     const SteadyClock clock;
     nanoseconds last = clock.now();
     std::shared_ptr<ClientEnd> end;
-    while (!stop.stop_requested()) {
+    while (true) {
+        // Before the stop is looked at: who asks for one wakes after it.
         wake_->clear();
+        if (stop.stop_requested()) return;
         {
             const std::scoped_lock lock(mutex_);
             const nanoseconds now = clock.now();

@@ -7,7 +7,7 @@
 #include "tests/devices/message_of.h"
 #include "tests/random.h"
 
-namespace palpate {
+namespace palpate::drift_test {
 namespace {
 
 TEST(Drift, IsLinearBetweenReadingsAndConstantBeyond) {
@@ -51,4 +51,4 @@ TEST(Drift, AShiftComesFromThreeIndependentDatumTouches) {
 }
 
 }  // namespace
-}  // namespace palpate
+}  // namespace palpate::drift_test

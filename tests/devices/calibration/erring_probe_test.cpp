@@ -7,7 +7,7 @@
 #include "sim/simulated_device.h"
 #include "tests/devices/calibration/sphere_device.h"
 
-namespace palpate {
+namespace palpate::erring_probe_test {
 namespace {
 
 const ReferenceSphere kReference{kSaidCenter, kSphere};
@@ -100,4 +100,4 @@ TEST(ErringProbe, BendingAndLatencyAreCalibratedToo) {
 }
 
 }  // namespace
-}  // namespace palpate
+}  // namespace palpate::erring_probe_test

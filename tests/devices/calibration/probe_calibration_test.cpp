@@ -7,7 +7,7 @@
 #include "tests/devices/calibration/sphere_device.h"
 #include "tests/devices/message_of.h"
 
-namespace palpate {
+namespace palpate::probe_calibration_test {
 namespace {
 
 constexpr double kFeed = 5.0;
@@ -103,4 +103,4 @@ TEST(ProbeCalibration, AToolWithoutStylusIsOne) {
 }
 
 }  // namespace
-}  // namespace palpate
+}  // namespace palpate::probe_calibration_test

@@ -8,7 +8,7 @@
 #include "tests/devices/calibration/sphere_device.h"
 #include "tests/devices/message_of.h"
 
-namespace palpate {
+namespace palpate::probe_qualification_test {
 namespace {
 
 using Outcome = MoveResult::Outcome;
@@ -180,4 +180,4 @@ TEST(ProbeQualification, ARepeatabilityThatTheGridHidesRefusesNoMap) {
 }
 
 }  // namespace
-}  // namespace palpate
+}  // namespace palpate::probe_qualification_test

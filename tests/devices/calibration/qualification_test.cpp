@@ -9,7 +9,7 @@
 #include "tests/devices/calibration/sphere_device.h"
 #include "tests/devices/message_of.h"
 
-namespace palpate {
+namespace palpate::qualification_test {
 namespace {
 
 constexpr double kResolution = 0.001;
@@ -249,4 +249,4 @@ TEST(LocateSphere, ShowsDriftToTheRepeatability) {
 }
 
 }  // namespace
-}  // namespace palpate
+}  // namespace palpate::qualification_test

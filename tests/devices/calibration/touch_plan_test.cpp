@@ -8,7 +8,7 @@
 #include "tests/devices/calibration/sphere_device.h"
 #include "tests/devices/message_of.h"
 
-namespace palpate {
+namespace palpate::touch_plan_test {
 namespace {
 
 double degrees(double radians) { return radians * 180 / std::numbers::pi; }
@@ -108,4 +108,4 @@ TEST(TouchPlan, RefusesWhatMakesNoSense) {
 }
 
 }  // namespace
-}  // namespace palpate
+}  // namespace palpate::touch_plan_test

@@ -10,7 +10,7 @@
 #include "tests/devices/fake_probe.h"
 #include "tests/random.h"
 
-namespace palpate {
+namespace palpate::limited_device_test {
 namespace {
 
 const Box kLimits{{-1, -2, -3}, {4, 5, 6}};
@@ -110,4 +110,4 @@ TEST(LimitedDevice, BoxesWithoutInsideAreRefused) {
 }
 
 }  // namespace
-}  // namespace palpate
+}  // namespace palpate::limited_device_test

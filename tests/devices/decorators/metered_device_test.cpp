@@ -6,7 +6,7 @@
 #include "tests/devices/fake_probe.h"
 #include "tests/random.h"
 
-namespace palpate {
+namespace palpate::metered_device_test {
 namespace {
 
 using Outcome = MoveResult::Outcome;
@@ -121,4 +121,4 @@ TEST(MeteredDevice, FaultsPassThroughAndAreCounted) {
 }
 
 }  // namespace
-}  // namespace palpate
+}  // namespace palpate::metered_device_test

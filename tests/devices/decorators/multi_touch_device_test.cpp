@@ -12,7 +12,7 @@
 #include "tests/devices/fake_probe.h"
 #include "tests/random.h"
 
-namespace palpate {
+namespace palpate::multi_touch_device_test {
 namespace {
 
 using Outcome = MoveResult::Outcome;
@@ -465,4 +465,4 @@ TEST(MultiTouchDevice, RandomFalseTriggersNeverChangeWhatIsThere) {
 }
 
 }  // namespace
-}  // namespace palpate
+}  // namespace palpate::multi_touch_device_test

@@ -16,7 +16,7 @@
 #include "tests/devices/message_of.h"
 #include "tests/random.h"
 
-namespace palpate {
+namespace palpate::external_device_test {
 namespace {
 
 using namespace std::chrono_literals;
@@ -178,6 +178,40 @@ TEST_F(ExternalDeviceTest, NothingMovesUnlessItIsReady) {
     EXPECT_EQ(program->moves(), 0U);
 }
 
+TEST_F(ExternalDeviceTest, HomesWhereItIsToldToAndTheProgramCan) {
+    VirtualProgramOptions wanted;
+    wanted.homed = false;
+    options.homing = Homing::run;
+    start(wanted);
+    EXPECT_THAT(message_of<DeviceAlarm>([&] { ready(); }), HasSubstr("home it by its own means"));
+    wanted.homes = true;
+    start(wanted);
+    options.homing = Homing::require;
+    EXPECT_THAT(message_of<DeviceAlarm>([&] { ready(); }), HasSubstr("or let Palpate do so (machine.homing: run)"));
+    options.homing = Homing::run;
+    ready();
+    EXPECT_TRUE(device->state().is_homed);
+    expect_touch(probe(), {kRadius, 0, 0});
+}
+
+TEST_F(ExternalDeviceTest, ATouchThatIsSeenLateIsSaidToBe) {
+    VirtualProgramOptions wanted;
+    wanted.latch_time = Seconds(0.002);
+    start(wanted);
+    options.touch_error_mm = 0.005;  // less than 5 mm/s x 2 ms
+    const auto problem = [&] {
+        ExternalMachine machine(std::make_unique<TcpStream>(*parse_host_port(program->address())), options);
+        for (const auto& setting : machine.report().settings) {
+            if (setting.name == "touch seen within") return setting.problem;
+        }
+        return std::string("not told");
+    };
+    EXPECT_THAT(problem(), HasSubstr("raise machine.noise"));
+    start(wanted);
+    options.touch_pace = Pace::touch;
+    EXPECT_EQ(problem(), "");
+}
+
 // --- what a program does wrong ---------------------------------------------------------------------------------------
 
 struct Wrong {
@@ -267,7 +301,10 @@ TEST_F(ExternalDeviceTest, ARefusedMoveMovesNothingAndIsNoEnd) {
 TEST_F(ExternalDeviceTest, AStopByWhoeverElseEndsTheSession) {
     suffer(Kind::stops_by_itself);
     ready();
-    EXPECT_THAT(message_of<DeviceAlarm>([&] { (void)device->guarded_move({15, 0, 0}, Pace::travel); }), HasSubstr("not by Palpate"));
+    EXPECT_THAT(message_of<DeviceAlarm>([&] {
+                    (void)device->guarded_move({15, 0, 0}, Pace::travel);
+                }),
+                HasSubstr("not by Palpate, but: its emergency stop is in"));
 }
 
 TEST_F(ExternalDeviceTest, AProbeThatStaysClosedIsTold) {
@@ -359,4 +396,4 @@ TEST(ChildStreamTest, SaysHowAProgramEnded) {
 }
 
 }  // namespace
-}  // namespace palpate
+}  // namespace palpate::external_device_test

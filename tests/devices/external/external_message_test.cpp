@@ -6,7 +6,7 @@
 
 #include <nlohmann/json.hpp>
 
-namespace palpate::external {
+namespace palpate::external::external_message_test {
 namespace {
 
 using ::testing::HasSubstr;
@@ -62,4 +62,4 @@ TEST(ExternalMessage, QuestionsAreOneLineEach) {
 }
 
 }  // namespace
-}  // namespace palpate::external
+}  // namespace palpate::external::external_message_test

@@ -8,7 +8,7 @@
 #include "devices/session/visited_ways.h"
 #include "tests/devices/grbl/grbl_support.h"
 
-namespace palpate {
+namespace palpate::grbl_device_faults_test {
 namespace {
 
 using testing::AllOf;
@@ -643,4 +643,4 @@ TEST_P(GrblDeviceFaults, ATouchThatGivesWayLateIsRetractedFromWhereItOpened) {
 }
 
 }  // namespace
-}  // namespace palpate
+}  // namespace palpate::grbl_device_faults_test

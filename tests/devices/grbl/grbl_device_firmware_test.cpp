@@ -2,7 +2,7 @@
 #include "devices/grbl/grbl_report.h"
 #include "tests/devices/grbl/grbl_support.h"
 
-namespace palpate {
+namespace palpate::grbl_device_firmware_test {
 namespace {
 
 using testing::HasSubstr;
@@ -168,4 +168,4 @@ TEST(GrblLines, OfBridgesAreUnderstood) {
 }
 
 }  // namespace
-}  // namespace palpate
+}  // namespace palpate::grbl_device_firmware_test

@@ -4,7 +4,7 @@
 #include "tests/devices/grbl/grbl_support.h"
 #include "tests/random.h"
 
-namespace palpate {
+namespace palpate::grbl_device_network_test {
 namespace {
 
 using namespace std::chrono_literals;
@@ -168,4 +168,4 @@ TEST_P(GrblDeviceNetwork, AStrangersResetIsSeen) {
 }
 
 }  // namespace
-}  // namespace palpate
+}  // namespace palpate::grbl_device_network_test

@@ -7,7 +7,7 @@
 #include "tests/devices/grbl/grbl_support.h"
 #include "tests/random.h"
 
-namespace palpate {
+namespace palpate::grbl_device_random_test {
 namespace {
 
 using Kind = VirtualFault::Kind;
@@ -253,4 +253,4 @@ TEST_P(GrblDeviceRandom, EveryAnswerIsTrueWhateverGoesWrong) {
 }
 
 }  // namespace
-}  // namespace palpate
+}  // namespace palpate::grbl_device_random_test

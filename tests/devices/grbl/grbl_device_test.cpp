@@ -5,7 +5,7 @@
 
 #include "tests/devices/grbl/grbl_support.h"
 
-namespace palpate {
+namespace palpate::grbl_device_test {
 namespace {
 
 using grbl::State;
@@ -401,4 +401,4 @@ TEST_P(GrblDeviceTest, AProbeThatIsUnpluggedLaterIsFoundWhereTheFirmwareCanTell)
 }
 
 }  // namespace
-}  // namespace palpate
+}  // namespace palpate::grbl_device_test

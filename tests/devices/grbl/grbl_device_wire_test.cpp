@@ -3,7 +3,7 @@
 
 #include "tests/devices/grbl/grbl_support.h"
 
-namespace palpate {
+namespace palpate::grbl_device_wire_test {
 namespace {
 
 using testing::HasSubstr;
@@ -433,4 +433,4 @@ TEST_P(GrblDeviceWire, APulledCableIsAConnectionLostWhateverIsUnderWay) {
 }
 
 }  // namespace
-}  // namespace palpate
+}  // namespace palpate::grbl_device_wire_test

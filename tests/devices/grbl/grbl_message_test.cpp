@@ -4,7 +4,7 @@
 
 #include "tests/random.h"
 
-namespace palpate::grbl {
+namespace palpate::grbl::grbl_message_test {
 namespace {
 
 template <typename T>
@@ -177,4 +177,4 @@ TEST(GrblMessage, AnyBytesAreRead) {
 }
 
 }  // namespace
-}  // namespace palpate::grbl
+}  // namespace palpate::grbl::grbl_message_test

@@ -9,7 +9,7 @@
 #include "tests/devices/message_of.h"
 #include "tests/devices/modbus/modbus_support.h"
 
-namespace palpate {
+namespace palpate::modbus_device_faults_test {
 namespace {
 
 using test::Machine;
@@ -291,4 +291,4 @@ TEST(ModbusDevice, AMoveThatSilenceEndsAgainAndAgainIsGivenUp) {
 }
 
 }  // namespace
-}  // namespace palpate
+}  // namespace palpate::modbus_device_faults_test

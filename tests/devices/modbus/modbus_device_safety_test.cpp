@@ -11,7 +11,7 @@
 #include "tests/devices/message_of.h"
 #include "tests/devices/modbus/modbus_support.h"
 
-namespace palpate {
+namespace palpate::modbus_device_safety_test {
 namespace {
 
 using test::expect_safe;
@@ -311,4 +311,4 @@ TEST_F(ModbusInterference, DrivesThatWereDisabledBetweenMovesAreNotEnabledByItse
 }
 
 }  // namespace
-}  // namespace palpate
+}  // namespace palpate::modbus_device_safety_test

@@ -14,7 +14,7 @@
 #include "tests/devices/modbus/modbus_support.h"
 #include "tests/random.h"
 
-namespace palpate {
+namespace palpate::modbus_device_test {
 namespace {
 
 using test::expect_safe;
@@ -529,4 +529,4 @@ TEST(ModbusDevice, AnotherRegisterMapNeedsNoCode) {
 }
 
 }  // namespace
-}  // namespace palpate
+}  // namespace palpate::modbus_device_test

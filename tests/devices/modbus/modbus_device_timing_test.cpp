@@ -10,7 +10,7 @@
 #include "tests/devices/modbus/modbus_support.h"
 #include "tests/random.h"
 
-namespace palpate {
+namespace palpate::modbus_device_timing_test {
 namespace {
 
 using test::expect_safe;
@@ -242,4 +242,4 @@ TEST(ModbusTiming, TheSetPointBitFallsBetweenCommands) {
 }
 
 }  // namespace
-}  // namespace palpate
+}  // namespace palpate::modbus_device_timing_test

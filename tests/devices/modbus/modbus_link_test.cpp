@@ -16,7 +16,7 @@
 #include "tests/devices/modbus/modbus_support.h"
 #include "tests/random.h"
 
-namespace palpate {
+namespace palpate::modbus_link_test {
 namespace {
 
 using test::Machine;
@@ -207,4 +207,4 @@ TEST(ModbusLink, OptionsOutOfRangeAreRefused) {
 }
 
 }  // namespace
-}  // namespace palpate
+}  // namespace palpate::modbus_link_test

@@ -10,7 +10,7 @@
 #include "devices/errors.h"
 #include "tests/random.h"
 
-namespace palpate {
+namespace palpate::modbus_profile_test {
 namespace {
 
 TEST(ModbusProfile, TheStandardIsSound) {
@@ -119,4 +119,4 @@ TEST(ModbusProfile, EveryFlawIsNamed) {
 }
 
 }  // namespace
-}  // namespace palpate
+}  // namespace palpate::modbus_profile_test

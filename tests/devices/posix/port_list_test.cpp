@@ -6,7 +6,7 @@
 #include <cstdlib>
 #include <fstream>
 
-namespace palpate {
+namespace palpate::port_list_test {
 namespace {
 
 namespace fs = std::filesystem;
@@ -73,4 +73,4 @@ TEST_F(PortList, AComputerWithoutAnyHasNone) {
 }
 
 }  // namespace
-}  // namespace palpate
+}  // namespace palpate::port_list_test

@@ -14,7 +14,7 @@
 #include "sim/machines/tcp_client_end.h"
 #include "tests/devices/message_of.h"
 
-namespace palpate {
+namespace palpate::tcp_stream_test {
 namespace {
 
 using namespace std::chrono_literals;
@@ -169,4 +169,4 @@ TEST(TcpStreamTest, EndsInAnOrderlyWayWithBytesUnread) {
 }
 
 }  // namespace
-}  // namespace palpate
+}  // namespace palpate::tcp_stream_test

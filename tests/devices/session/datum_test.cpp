@@ -7,7 +7,7 @@
 
 #include "tests/random.h"
 
-namespace palpate {
+namespace palpate::datum_test {
 namespace {
 
 // A place of a solid's surface, with the normal there.
@@ -205,4 +205,4 @@ TEST(Datum, DirectionsAreThoseOfTheNormals) {
 }
 
 }  // namespace
-}  // namespace palpate
+}  // namespace palpate::datum_test

@@ -14,7 +14,7 @@
 #include "tests/devices/message_of.h"
 #include "tests/random.h"
 
-namespace palpate {
+namespace palpate::drift_session_test {
 namespace {
 
 namespace fs = std::filesystem;
@@ -388,4 +388,4 @@ TEST(DriftLog, TellsAJumpAndCountsEveryVisit) {
 }
 
 }  // namespace
-}  // namespace palpate
+}  // namespace palpate::drift_session_test

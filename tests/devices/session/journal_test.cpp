@@ -15,7 +15,7 @@
 #include "devices/version.h"
 #include "tests/random.h"
 
-namespace palpate {
+namespace palpate::journal_test {
 namespace {
 
 namespace fs = std::filesystem;
@@ -370,4 +370,4 @@ TEST_F(JournalFile, AnHourOfMovesReadsInNoTime) {
 }
 
 }  // namespace
-}  // namespace palpate
+}  // namespace palpate::journal_test

@@ -8,7 +8,7 @@
 #include "devices/session/visited_ways.h"
 #include "tests/random.h"
 
-namespace palpate {
+namespace palpate::journaling_device_test {
 namespace {
 
 namespace fs = std::filesystem;
@@ -270,4 +270,4 @@ TEST(VisitedWays, AMoveThatPassedNearAPlaceIsFound) {
 }
 
 }  // namespace
-}  // namespace palpate
+}  // namespace palpate::journaling_device_test

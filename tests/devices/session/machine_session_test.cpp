@@ -12,7 +12,7 @@
 #include "tests/devices/message_of.h"
 #include "tests/random.h"
 
-namespace palpate {
+namespace palpate::machine_session_test {
 namespace {
 
 namespace fs = std::filesystem;
@@ -201,4 +201,4 @@ TEST_F(SessionOnOwnMachine, NobodyIsAskedAboutASessionThatCannotBegin) {
 }
 
 }  // namespace
-}  // namespace palpate
+}  // namespace palpate::machine_session_test

@@ -8,7 +8,7 @@
 
 #include "tests/random.h"
 
-namespace palpate {
+namespace palpate::implicit_process_test {
 namespace {
 
 constexpr double kRadius = 3.0;
@@ -86,4 +86,4 @@ TEST(ImplicitProcess, IsCertainWhereItWasToldExactly) {
 }
 
 }  // namespace
-}  // namespace palpate
+}  // namespace palpate::implicit_process_test

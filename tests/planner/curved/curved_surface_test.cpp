@@ -16,7 +16,7 @@
 #include "tests/planner/torus.h"
 #include "tests/random.h"
 
-namespace palpate {
+namespace palpate::curved_surface_test {
 namespace {
 
 // A unit sphere: an icosahedron whose facets are cut in four `times` times.
@@ -282,4 +282,4 @@ TEST(CurvedSurface, CrossingsAreFoundExactly) {
 }
 
 }  // namespace
-}  // namespace palpate
+}  // namespace palpate::curved_surface_test

@@ -9,7 +9,7 @@
 
 #include "tests/planner/support.h"
 
-namespace palpate {
+namespace palpate::dual_line_test {
 namespace {
 
 constexpr std::uint64_t kSeed = 20240612;
@@ -231,4 +231,4 @@ TEST(DualLine, CircumcentreAgreesWithRationalArithmeticWithinItsLimit) {
 }
 
 }  // namespace
-}  // namespace palpate
+}  // namespace palpate::dual_line_test

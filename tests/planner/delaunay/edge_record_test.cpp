@@ -8,7 +8,7 @@
 
 #include "tests/planner/support.h"
 
-namespace palpate {
+namespace palpate::edge_record_test {
 namespace {
 
 constexpr std::uint64_t kSeed = 20240614;
@@ -247,4 +247,4 @@ TEST_F(CropEdgeByTheBook, AContactFromWithinFreesVOnlyIfItsSegmentCoversV) {
 }
 
 }  // namespace
-}  // namespace palpate
+}  // namespace palpate::edge_record_test

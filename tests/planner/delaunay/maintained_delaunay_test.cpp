@@ -6,7 +6,7 @@
 
 #include "tests/planner/delaunay/probed_delaunay.h"
 
-namespace palpate {
+namespace palpate::maintained_delaunay_test {
 namespace {
 
 constexpr std::uint64_t kSeed = 20240615;
@@ -426,4 +426,4 @@ TEST(MaintainedDelaunay, AFacetWhoseEdgeIsCrossedTwiceIsNotInTheSurface) {
 }
 
 }  // namespace
-}  // namespace palpate
+}  // namespace palpate::maintained_delaunay_test

@@ -9,7 +9,7 @@
 #include "tests/planner/delaunay/explored_torus.h"
 #include "tests/planner/delaunay/probed_delaunay.h"
 
-namespace palpate {
+namespace palpate::restricted_surface_test {
 namespace {
 
 // All that can be reached, known.
@@ -188,4 +188,4 @@ TEST(ThinPlaces, AFinIsMinorAsLongAsItIsShortAndHangsOnTheRest) {
 }
 
 }  // namespace
-}  // namespace palpate
+}  // namespace palpate::restricted_surface_test

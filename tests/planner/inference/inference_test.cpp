@@ -4,7 +4,7 @@
 
 #include "tests/planner/delaunay/explored_torus.h"
 
-namespace palpate {
+namespace palpate::inference_test {
 namespace {
 
 constexpr std::uint64_t kSeed = 20261129;
@@ -150,4 +150,4 @@ TEST(Inference, WhatRefutesAFalseBoundAllowsTheTrueOne) {
 }
 
 }  // namespace
-}  // namespace palpate
+}  // namespace palpate::inference_test

@@ -7,7 +7,7 @@
 #include "planner/inference/lens.h"
 #include "tests/planner/torus.h"
 
-namespace palpate {
+namespace palpate::normal_cone_test {
 namespace {
 
 constexpr std::uint64_t kSeed = 20261122;
@@ -214,4 +214,4 @@ TEST(Lens, ClipsALineWhereItContainsItsPoints) {
 }
 
 }  // namespace
-}  // namespace palpate
+}  // namespace palpate::normal_cone_test

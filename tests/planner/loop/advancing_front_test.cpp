@@ -10,7 +10,7 @@
 #include "planner/probe_surface.h"
 #include "tests/planner/loop/growing.h"
 
-namespace palpate {
+namespace palpate::advancing_front_test {
 namespace {
 
 // Touches for one open edge (advancing_front.cc), and the one after which it is given up.
@@ -238,4 +238,4 @@ TEST(AdvancingFront, TheSameAnswersGiveTheSameTouches) {
 }
 
 }  // namespace
-}  // namespace palpate
+}  // namespace palpate::advancing_front_test

@@ -4,7 +4,7 @@
 
 #include <map>
 
-namespace palpate {
+namespace palpate::audit_test {
 namespace {
 
 std::vector<Audit::Facet> facets(std::uint32_t count) {
@@ -77,4 +77,4 @@ TEST(Audit, TheOrderOfFacetsChangesNothing) {
 }
 
 }  // namespace
-}  // namespace palpate
+}  // namespace palpate::audit_test

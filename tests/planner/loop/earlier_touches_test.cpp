@@ -8,7 +8,7 @@
 #include "planner/errors.h"
 #include "tests/planner/support.h"
 
-namespace palpate {
+namespace palpate::earlier_touches_test {
 namespace {
 
 using Found = EarlierTouches::Found;
@@ -251,4 +251,4 @@ TEST(EarlierTouches, WhatSpansNoVolumeIsNoBeginning) {
 }
 
 }  // namespace
-}  // namespace palpate
+}  // namespace palpate::earlier_touches_test

@@ -2,7 +2,7 @@
 
 #include <gtest/gtest.h>
 
-namespace palpate {
+namespace palpate::effort_test {
 namespace {
 
 TEST(Effort, APlaceIsSpentAfterItsTriesAndMoreForEverySample) {
@@ -44,4 +44,4 @@ TEST(Effort, GuessesThatMostlyFailAreLeftAlone) {
 }
 
 }  // namespace
-}  // namespace palpate
+}  // namespace palpate::effort_test

@@ -9,7 +9,7 @@
 #include "tests/planner/delaunay/explored_torus.h"
 #include "tests/planner/delaunay/probed_delaunay.h"
 
-namespace palpate {
+namespace palpate::facet_quality_test {
 namespace {
 
 constexpr std::uint64_t kSeed = 20261130;
@@ -243,4 +243,4 @@ TEST(FacetQuality, FlatFacesAreNeverTooFlatButAcrossEdgesTheyAre) {
 }
 
 }  // namespace
-}  // namespace palpate
+}  // namespace palpate::facet_quality_test

@@ -4,7 +4,7 @@
 
 #include <cmath>
 
-namespace palpate {
+namespace palpate::fold_test {
 namespace {
 
 // The first plane is z = 0; the second goes down (convex) or up (concave) from x = 1, at that angle to it.
@@ -41,4 +41,4 @@ TEST(Fold, ThereIsNoneWithoutACrease) {
 }
 
 }  // namespace
-}  // namespace palpate
+}  // namespace palpate::fold_test

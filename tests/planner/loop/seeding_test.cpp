@@ -8,7 +8,7 @@
 #include "planner/errors.h"
 #include "tests/planner/support.h"
 
-namespace palpate {
+namespace palpate::seeding_test {
 namespace {
 
 constexpr std::uint64_t kSeed = 20240618;
@@ -273,4 +273,4 @@ TEST(Seeding, SharpBoxGetsASeedFacetOnAFace) {
 }
 
 }  // namespace
-}  // namespace palpate
+}  // namespace palpate::seeding_test

@@ -6,7 +6,7 @@
 
 #include "tests/planner/loop/growing.h"
 
-namespace palpate {
+namespace palpate::surface_growth_test {
 namespace {
 
 // Everything inferred that is in the state was inferred since then.
@@ -207,4 +207,4 @@ TEST(SurfaceGrowth, WhatIsPlausibleGrowsSafelyWithNothingKnown) {
 }
 
 }  // namespace
-}  // namespace palpate
+}  // namespace palpate::surface_growth_test

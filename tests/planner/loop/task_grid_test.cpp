@@ -4,7 +4,7 @@
 
 #include "tests/random.h"
 
-namespace palpate {
+namespace palpate::task_grid_test {
 namespace {
 
 TEST(TaskGrid, TakesTheNearestAsBruteForceDoes) {
@@ -48,4 +48,4 @@ TEST(TaskGrid, RemovesWhatItHas) {
 }
 
 }  // namespace
-}  // namespace palpate
+}  // namespace palpate::task_grid_test

@@ -4,7 +4,7 @@
 
 #include "tests/random.h"
 
-namespace palpate {
+namespace palpate::thin_walls_test {
 namespace {
 
 constexpr double kFinest = 0.125;
@@ -74,4 +74,4 @@ TEST(ThinWalls, TouchesFromBothSidesShowAWall) {
 }
 
 }  // namespace
-}  // namespace palpate
+}  // namespace palpate::thin_walls_test

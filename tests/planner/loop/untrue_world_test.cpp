@@ -6,7 +6,7 @@
 #include "planner/probe_surface.h"
 #include "tests/planner/support.h"
 
-namespace palpate {
+namespace palpate::untrue_world_test {
 namespace {
 
 // A solid that is gone after so many probes.
@@ -88,4 +88,4 @@ TEST(UntrueWorld, RandomAnswersEndWithinTheBoundThatIsStated) {
 }
 
 }  // namespace
-}  // namespace palpate
+}  // namespace palpate::untrue_world_test

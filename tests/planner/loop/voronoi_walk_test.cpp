@@ -4,7 +4,7 @@
 
 #include "tests/planner/delaunay/probed_delaunay.h"
 
-namespace palpate {
+namespace palpate::voronoi_walk_test {
 namespace {
 
 constexpr std::uint64_t kSeed = 20240616;
@@ -217,4 +217,4 @@ TEST(VoronoiWalk, SurroundingsOfASampleAreProbedWhateverTheStrategy) {
 }
 
 }  // namespace
-}  // namespace palpate
+}  // namespace palpate::voronoi_walk_test

@@ -5,7 +5,7 @@
 #include "planner/inference/inference.h"
 #include "tests/planner/torus.h"
 
-namespace palpate {
+namespace palpate::free_space_test {
 namespace {
 
 // Samples all over a torus, with their lenses.
@@ -89,4 +89,4 @@ TEST_F(FreeSpaceOnTorus, WaysLeadAroundAndAreNotMuchLongerThanTheSurfaceIsWide) 
 }
 
 }  // namespace
-}  // namespace palpate
+}  // namespace palpate::free_space_test

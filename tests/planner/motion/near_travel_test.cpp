@@ -9,7 +9,7 @@
 #include "planner/plausibility/plausibility.h"
 #include "tests/planner/loop/growing.h"
 
-namespace palpate {
+namespace palpate::near_travel_test {
 namespace {
 
 constexpr std::uint64_t kSeed = 20261201;
@@ -207,4 +207,4 @@ TEST(NearTravel, AnApproachIsNoLongerThanTheRoadmapAndEndsAtItsNodeOrATouch) {
 }
 
 }  // namespace
-}  // namespace palpate
+}  // namespace palpate::near_travel_test

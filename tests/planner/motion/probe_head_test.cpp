@@ -8,7 +8,7 @@
 #include "planner/errors.h"
 #include "tests/planner/support.h"
 
-namespace palpate {
+namespace palpate::probe_head_test {
 namespace {
 
 constexpr std::uint64_t kSeed = 20240617;
@@ -230,4 +230,4 @@ TEST(ProbeHead, AFalseTriggerWhileAKnownPlaceIsTouchedIsNoSignOfADeadProbe) {
 }
 
 }  // namespace
-}  // namespace palpate
+}  // namespace palpate::probe_head_test

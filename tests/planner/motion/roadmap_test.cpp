@@ -10,7 +10,7 @@
 
 #include "tests/planner/support.h"
 
-namespace palpate {
+namespace palpate::roadmap_test {
 namespace {
 
 constexpr std::uint64_t kSeed = 20240613;
@@ -310,4 +310,4 @@ TEST(Roadmap, GoesAroundOutsideWhenThatIsShorter) {
 }
 
 }  // namespace
-}  // namespace palpate
+}  // namespace palpate::roadmap_test

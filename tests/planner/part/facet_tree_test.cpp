@@ -7,7 +7,7 @@
 
 #include "tests/random.h"
 
-namespace palpate {
+namespace palpate::facet_tree_test {
 namespace {
 
 constexpr std::uint64_t kSeed = 3;
@@ -90,4 +90,4 @@ TEST(FacetTree, ASegmentFindsEveryFacetThatIsNear) {
 }
 
 }  // namespace
-}  // namespace palpate
+}  // namespace palpate::facet_tree_test

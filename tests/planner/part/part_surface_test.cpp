@@ -15,7 +15,7 @@
 #include "planner/topology.h"
 #include "tests/planner/part/traced_solids.h"
 
-namespace palpate {
+namespace palpate::part_surface_test {
 namespace {
 
 constexpr std::uint64_t kSeed = 7;
@@ -384,4 +384,4 @@ TEST(PartSurface, WhatIsNoSurfaceIsRefused) {
 }
 
 }  // namespace
-}  // namespace palpate
+}  // namespace palpate::part_surface_test

@@ -7,7 +7,7 @@
 
 #include "tests/random.h"
 
-namespace palpate {
+namespace palpate::local_solid_test {
 namespace {
 
 struct Tangent {
@@ -132,4 +132,4 @@ TEST(LocalSolid, ALineCrossesTheBoundaryWhereTheHeightIsZero) {
 }
 
 }  // namespace
-}  // namespace palpate
+}  // namespace palpate::local_solid_test

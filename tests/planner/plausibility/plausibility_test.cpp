@@ -7,7 +7,7 @@
 #include "planner/motion/probed_space.h"
 #include "tests/planner/delaunay/explored_torus.h"
 
-namespace palpate {
+namespace palpate::plausibility_test {
 namespace {
 
 constexpr std::uint64_t kSeed = 20261205;
@@ -175,4 +175,4 @@ INSTANTIATE_TEST_SUITE_P(Solids, PlausibilityOf, ::testing::Values(&torus_of, &c
                          [](const auto& solid) { return solid.index == 0 ? "Torus" : "Cube"; });
 
 }  // namespace
-}  // namespace palpate
+}  // namespace palpate::plausibility_test

@@ -7,7 +7,7 @@
 #include <cmath>
 #include <numeric>
 
-namespace palpate {
+namespace palpate::tolerance_search_test {
 namespace {
 
 // A grid on the torus around z; the ball of a facet is not far from its middle.
@@ -248,4 +248,4 @@ TEST(ToleranceSearch, TheSameSeedDrawsTheSamePlaces) {
 }
 
 }  // namespace
-}  // namespace palpate
+}  // namespace palpate::tolerance_search_test

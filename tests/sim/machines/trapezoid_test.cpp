@@ -7,7 +7,7 @@
 
 #include "tests/random.h"
 
-namespace palpate {
+namespace palpate::trapezoid_test {
 namespace {
 
 // Step by step, as a controller would: speeds up, never above the feed, and brakes as soon as it must, or is told to.
@@ -112,4 +112,4 @@ TEST(TrapezoidTest, FromASpeedItEndsAtItsLengthAndNeverBrakesHarder) {
 }
 
 }  // namespace
-}  // namespace palpate
+}  // namespace palpate::trapezoid_test

@@ -11,7 +11,7 @@
 #include "sim/objects/hidden_object.h"
 #include "tests/sim/support.h"
 
-namespace palpate {
+namespace palpate::virtual_tool_test {
 namespace {
 
 using Guard = VirtualTool::Guard;
@@ -459,4 +459,4 @@ TEST_F(VirtualToolTest, ATouchIsWhereTheSurfaceIsWhateverTheFeedDid) {
 }
 
 }  // namespace
-}  // namespace palpate
+}  // namespace palpate::virtual_tool_test

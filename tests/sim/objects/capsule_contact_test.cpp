@@ -11,7 +11,7 @@
 #include "tests/random.h"
 #include "tests/sim/objects/brute_distance.h"
 
-namespace palpate {
+namespace palpate::capsule_contact_test {
 namespace {
 
 // --- brute force: distances between a segment and a triangle, and steps that are never too long -------------------------
@@ -172,4 +172,4 @@ TEST(TriangleTree, FindsTheFirstOfAllTrianglesThatACapsuleTouches) {
 }
 
 }  // namespace
-}  // namespace palpate
+}  // namespace palpate::capsule_contact_test

@@ -8,7 +8,7 @@
 #include "sim/objects/errors.h"
 #include "tests/sim/support.h"
 
-namespace palpate {
+namespace palpate::hidden_object_test {
 namespace {
 
 HiddenObject bunny() { return HiddenObject(MeshSpec{std::filesystem::path(PALPATE_TEST_DATA) / "bunny.off"}); }
@@ -58,4 +58,4 @@ TEST(HiddenObjectTest, CanBeMovedAndAskedFromSeveralThreads) {
 }
 
 }  // namespace
-}  // namespace palpate
+}  // namespace palpate::hidden_object_test

@@ -4,7 +4,7 @@
 #include "sim/objects/shapes.h"
 #include "tests/sim/support.h"
 
-namespace palpate {
+namespace palpate::line_trace_test {
 namespace {
 
 constexpr std::uint64_t kSeed = 987654321;
@@ -156,4 +156,4 @@ TEST(LineTrace, EmptySegmentsHitNothingAndBoxCornersAreHit) {
 }
 
 }  // namespace
-}  // namespace palpate
+}  // namespace palpate::line_trace_test

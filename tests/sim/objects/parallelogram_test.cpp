@@ -9,7 +9,7 @@
 #include "tests/random.h"
 #include "tests/sim/objects/brute_distance.h"
 
-namespace palpate {
+namespace palpate::parallelogram_test {
 namespace {
 
 // The distance of its points is convex in both coordinates.
@@ -65,4 +65,4 @@ TEST(TriangleTree, FindsTheNearestOfAllTrianglesWithinReach) {
 }
 
 }  // namespace
-}  // namespace palpate
+}  // namespace palpate::parallelogram_test

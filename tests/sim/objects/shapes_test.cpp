@@ -7,7 +7,7 @@
 #include "sim/objects/errors.h"
 #include "tests/sim/support.h"
 
-namespace palpate {
+namespace palpate::shapes_test {
 namespace {
 
 constexpr std::uint64_t kSeed = 20240501;
@@ -228,4 +228,4 @@ TEST(Shapes, RefusesPartsThatOverlapTouchOrContainOneAnotherAndNamesThem) {
 }
 
 }  // namespace
-}  // namespace palpate
+}  // namespace palpate::shapes_test

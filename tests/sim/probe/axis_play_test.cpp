@@ -6,7 +6,7 @@
 
 #include "tests/random.h"
 
-namespace palpate {
+namespace palpate::axis_play_test {
 namespace {
 
 const Vector kBacklash(0.03, 0.02, 0.01);
@@ -49,4 +49,4 @@ TEST(AxisPlay, IsTheSameInStepsAndAtOnce) {
 }
 
 }  // namespace
-}  // namespace palpate
+}  // namespace palpate::axis_play_test

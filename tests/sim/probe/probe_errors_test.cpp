@@ -15,7 +15,7 @@
 #include "sim/tool/tool_obstacle.h"
 #include "tests/random.h"
 
-namespace palpate {
+namespace palpate::probe_errors_test {
 namespace {
 
 constexpr double kFine = 1e-9;  // mm: resolution of a virtual machine that hides nothing
@@ -503,4 +503,4 @@ TEST(ErringVirtualTool, OpensOnItsWayBackToWhereItStoodPressedAndOpen) {
 }
 
 }  // namespace
-}  // namespace palpate
+}  // namespace palpate::probe_errors_test

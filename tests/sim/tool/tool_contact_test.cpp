@@ -4,7 +4,7 @@
 
 #include "tests/random.h"
 
-namespace palpate {
+namespace palpate::tool_contact_test {
 namespace {
 
 using Part = ToolContact::Part;
@@ -113,4 +113,4 @@ TEST(ToolContact, TheAxisMayPointAnywhere) {
 }
 
 }  // namespace
-}  // namespace palpate
+}  // namespace palpate::tool_contact_test

@@ -12,7 +12,7 @@
 #include "sim/tool/tool_audit.h"
 #include "tests/sim/tool/tool_worlds.h"
 
-namespace palpate {
+namespace palpate::tool_obstacle_test {
 namespace {
 
 using Outcome = MoveResult::Outcome;
@@ -440,4 +440,4 @@ TEST(ToolAudit, AllowsWhatAMachineRunsOn) {
 }
 
 }  // namespace
-}  // namespace palpate
+}  // namespace palpate::tool_obstacle_test

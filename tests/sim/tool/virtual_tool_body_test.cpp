@@ -7,7 +7,7 @@
 #include "sim/tool/tool_obstacle.h"
 #include "tests/sim/tool/tool_worlds.h"
 
-namespace palpate {
+namespace palpate::virtual_tool_body_test {
 namespace {
 
 using Guard = VirtualTool::Guard;
@@ -99,4 +99,4 @@ TEST_F(ToolBody, BehindGrblTheBallMeetsTheTableAndTheShankTheOverhang) {
 }
 
 }  // namespace
-}  // namespace palpate
+}  // namespace palpate::virtual_tool_body_test

@@ -9,7 +9,7 @@
 #include "tests/tools/session_rig.h"
 #include "tests/tools/terminal_rig.h"
 
-namespace palpate {
+namespace palpate::at_terminal_test {
 namespace {
 
 using namespace std::chrono_literals;
@@ -210,4 +210,4 @@ TEST_F(AtTerminal, QuietSaysNothingButTheResult) {
 }
 
 }  // namespace
-}  // namespace palpate
+}  // namespace palpate::at_terminal_test

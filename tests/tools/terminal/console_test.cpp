@@ -9,7 +9,7 @@
 #include <sstream>
 #include <thread>
 
-namespace palpate {
+namespace palpate::console_test {
 namespace {
 
 using namespace std::chrono_literals;
@@ -159,4 +159,4 @@ TEST_F(Piped, AStreamHandsOverWholeLines) {
 }
 
 }  // namespace
-}  // namespace palpate
+}  // namespace palpate::console_test

@@ -4,7 +4,7 @@
 
 #include "tests/tools/session_rig.h"
 
-namespace palpate {
+namespace palpate::folder_test {
 namespace {
 
 using namespace std::chrono_literals;
@@ -235,4 +235,4 @@ TEST_F(SessionFolders, ADamagedJournalGoesOnFromItsLastGoodLine) {
 }
 
 }  // namespace
-}  // namespace palpate
+}  // namespace palpate::folder_test

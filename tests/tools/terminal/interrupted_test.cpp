@@ -10,7 +10,7 @@
 #include "tests/tools/session_rig.h"
 #include "tests/tools/terminal_rig.h"
 
-namespace palpate {
+namespace palpate::interrupted_test {
 namespace {
 
 using namespace std::chrono_literals;
@@ -216,4 +216,4 @@ TEST_F(Interrupted, InEveryWayItEndsWithTheSameBytes) { interrupt(12); }
 TEST_F(Interrupted, NightlyAHundredTimes) { interrupt(100); }
 
 }  // namespace
-}  // namespace palpate
+}  // namespace palpate::interrupted_test

@@ -10,7 +10,7 @@
 #include <sstream>
 #include <stdexcept>
 
-namespace palpate {
+namespace palpate::progress_display_test {
 namespace {
 
 using std::chrono::milliseconds;
@@ -191,4 +191,4 @@ TEST_F(Traits, AFileGetsPlainLines) {
 }
 
 }  // namespace
-}  // namespace palpate
+}  // namespace palpate::progress_display_test

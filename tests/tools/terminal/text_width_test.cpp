@@ -6,7 +6,7 @@
 
 #include "tests/random.h"
 
-namespace palpate {
+namespace palpate::text_width_test {
 namespace {
 
 std::vector<std::string> words_of(const std::string& text) {
@@ -44,4 +44,4 @@ TEST(Wrapped, CountsCharactersAndLeavesLongWordsAndUnknownWidthsAlone) {
 }
 
 }  // namespace
-}  // namespace palpate
+}  // namespace palpate::text_width_test

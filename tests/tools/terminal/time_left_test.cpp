@@ -2,7 +2,7 @@
 
 #include <gtest/gtest.h>
 
-namespace palpate {
+namespace palpate::time_left_test {
 namespace {
 
 using std::chrono::nanoseconds;
@@ -55,4 +55,4 @@ TEST(TimeLeft, IsSaidAsExactlyAsAnybodyWould) {
 }
 
 }  // namespace
-}  // namespace palpate
+}  // namespace palpate::time_left_test

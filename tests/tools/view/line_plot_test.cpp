@@ -6,7 +6,7 @@
 #include <limits>
 #include <sstream>
 
-namespace palpate {
+namespace palpate::line_plot_test {
 namespace {
 
 using ::testing::HasSubstr;
@@ -60,4 +60,4 @@ TEST(LinePlot, AnEmptyPlotIsStillAPlot) {
 }
 
 }  // namespace
-}  // namespace palpate
+}  // namespace palpate::line_plot_test

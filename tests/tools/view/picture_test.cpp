@@ -23,7 +23,7 @@
 #include "tools/view/internal/lettering.h"
 #include "tools/view/png.h"
 
-namespace palpate {
+namespace palpate::picture_test {
 namespace {
 
 constexpr int kSize = 160;
@@ -437,4 +437,4 @@ TEST(PictureErrors, CoverEveryOption) {
 }
 
 }  // namespace
-}  // namespace palpate
+}  // namespace palpate::picture_test

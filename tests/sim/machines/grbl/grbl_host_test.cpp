@@ -18,7 +18,7 @@
 #include "sim/machines/pseudo_terminal.h"
 #include "tests/sim/machines/grbl/virtual_grbl_support.h"
 
-namespace palpate {
+namespace palpate::grbl_host_test {
 namespace {
 
 using namespace std::chrono_literals;
@@ -225,4 +225,4 @@ TEST_F(GrblHostTest, ALinkReplacesALinkButNoFile) {
 }
 
 }  // namespace
-}  // namespace palpate
+}  // namespace palpate::grbl_host_test

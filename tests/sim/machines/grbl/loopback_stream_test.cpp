@@ -3,7 +3,7 @@
 #include "devices/errors.h"
 #include "tests/sim/machines/grbl/virtual_grbl_support.h"
 
-namespace palpate {
+namespace palpate::loopback_stream_test {
 namespace {
 
 using namespace std::chrono_literals;
@@ -63,4 +63,4 @@ TEST_F(LoopbackStreamTest, APulledCableIsAConnectionLostInEveryCall) {
 }
 
 }  // namespace
-}  // namespace palpate
+}  // namespace palpate::loopback_stream_test

@@ -5,7 +5,7 @@
 #include "tests/random.h"
 #include "tests/sim/machines/grbl/virtual_grbl_support.h"
 
-namespace palpate {
+namespace palpate::virtual_grbl_faults_test {
 namespace {
 
 using Kind = VirtualFault::Kind;
@@ -218,4 +218,4 @@ TEST_F(VirtualGrblFaultsTest, RandomBytesDoNoHarm) {
 }
 
 }  // namespace
-}  // namespace palpate
+}  // namespace palpate::virtual_grbl_faults_test

@@ -3,7 +3,7 @@
 
 #include "tests/sim/machines/grbl/virtual_grbl_support.h"
 
-namespace palpate {
+namespace palpate::virtual_grbl_test {
 namespace {
 
 using testing::AllOf;
@@ -712,4 +712,4 @@ TEST_P(EveryGrblTest, ALateLatchIsFartherAlongTheWay) {
 }
 
 }  // namespace
-}  // namespace palpate
+}  // namespace palpate::virtual_grbl_test

@@ -15,7 +15,7 @@
 #include "devices/modbus/modbus_bits.h"
 #include "sim/objects/hidden_object.h"
 
-namespace palpate {
+namespace palpate::virtual_modbus_test {
 namespace {
 
 using F = ModbusField;
@@ -424,4 +424,4 @@ TEST(VirtualModbus, SeveralMastersOnTcpAreServed) {
 }
 
 }  // namespace
-}  // namespace palpate
+}  // namespace palpate::virtual_modbus_test

@@ -8,7 +8,7 @@
 
 #include "tests/sim/objects/mesh/mesh_files.h"
 
-namespace palpate {
+namespace palpate::mesh_formats_test {
 namespace {
 
 using namespace std::string_literals;
@@ -346,4 +346,4 @@ TEST_F(MeshFormats, NumbersDoNotDependOnTheLocale) {
 }
 
 }  // namespace
-}  // namespace palpate
+}  // namespace palpate::mesh_formats_test

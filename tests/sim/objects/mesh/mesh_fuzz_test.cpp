@@ -11,7 +11,7 @@
 
 #include "tests/sim/objects/mesh/mesh_files.h"
 
-namespace palpate {
+namespace palpate::mesh_fuzz_test {
 namespace {
 
 using namespace std::string_literals;
@@ -119,4 +119,4 @@ TEST_F(MeshFiles, DamagedFilesAreReadOrRefused) {
 }
 
 }  // namespace
-}  // namespace palpate
+}  // namespace palpate::mesh_fuzz_test

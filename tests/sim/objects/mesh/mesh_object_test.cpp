@@ -14,7 +14,7 @@
 #include "tests/sim/objects/mesh/mesh_files.h"
 #include "tests/sim/support.h"
 
-namespace palpate {
+namespace palpate::mesh_object_test {
 namespace {
 
 constexpr std::uint64_t kSeed = 424242;
@@ -344,4 +344,4 @@ TEST_F(Bunny, DistanceAndHitsAgreeWithAllTriangles) {
 }
 
 }  // namespace
-}  // namespace palpate
+}  // namespace palpate::mesh_object_test

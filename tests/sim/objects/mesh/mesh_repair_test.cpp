@@ -11,7 +11,7 @@
 #include "tests/sim/objects/mesh/mesh_files.h"
 #include "tests/sim/support.h"
 
-namespace palpate {
+namespace palpate::mesh_repair_test {
 namespace {
 
 constexpr std::uint64_t kSeed = 20240229;
@@ -327,4 +327,4 @@ TEST_F(MeshRepair, MeshesArePlacedAsShapesAre) {
 }
 
 }  // namespace
-}  // namespace palpate
+}  // namespace palpate::mesh_repair_test
