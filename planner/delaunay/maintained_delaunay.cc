@@ -97,6 +97,7 @@ MaintainedDelaunay::Insertion MaintainedDelaunay::insert(const Point& p, CellId 
         }
     }
     for (const Delaunay::Cell_handle cell : conflict_) {
+        forget_stars(cell);
         Cell& slot = cells_[cell->info()];
         for (EdgeRecord& r : slot.edges) drop_crossing(r);
         slot.live = false;
@@ -245,10 +246,22 @@ std::vector<CellId> MaintainedDelaunay::cells_around(std::uint32_t sample) const
 }
 
 void MaintainedDelaunay::adjacent_samples(std::uint32_t sample, std::vector<std::uint32_t>& out) const {
-    adjacent_.clear();
-    delaunay_.finite_adjacent_vertices(vertices_[sample], std::back_inserter(adjacent_));
-    out.clear();
-    for (const Delaunay::Vertex_handle v : adjacent_) out.push_back(v->info());
+    if (stars_.size() <= sample) stars_.resize(samples_.size());
+    std::vector<std::uint32_t>& star = stars_[sample];
+    if (star.empty()) {
+        adjacent_.clear();
+        delaunay_.finite_adjacent_vertices(vertices_[sample], std::back_inserter(adjacent_));
+        star.reserve(adjacent_.size());
+        for (const Delaunay::Vertex_handle v : adjacent_) star.push_back(v->info());
+    }
+    out.assign(star.begin(), star.end());
+}
+
+void MaintainedDelaunay::forget_stars(Delaunay::Cell_handle cell) {
+    for (int k = 0; k < 4; ++k) {
+        const Delaunay::Vertex_handle v = cell->vertex(k);
+        if (!delaunay_.is_infinite(v) && v->info() < stars_.size()) stars_[v->info()].clear();
+    }
 }
 
 void MaintainedDelaunay::sort_by_distance(const Point& p, std::vector<std::uint32_t>& samples) const {

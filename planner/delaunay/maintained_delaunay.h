@@ -270,6 +270,7 @@ private:
     [[nodiscard]] std::array<Delaunay::Vertex_handle, 3> sorted_facet(DirectedEdge e) const;
     CrossingId new_crossing(const Crossing& crossing, DirectedEdge e);
     void drop_crossing(EdgeRecord& r);
+    void forget_stars(Delaunay::Cell_handle dying);
     void inherit(const HoleFacet& facet, const Point& p);
     // Two crossings seen from an edge's two ends are one if S passes through an end.
     [[nodiscard]] bool are_two(const Crossing& x, const Crossing& y) const {
@@ -296,7 +297,10 @@ private:
     std::vector<std::array<std::uint32_t, 3>> lost_;
     std::vector<DirectedEdge> gained_;
     std::vector<Split> splits_;
-    mutable std::vector<Delaunay::Vertex_handle> adjacent_;  // scratch of adjacent_samples()
+    // What adjacent_samples() has found since the sample's star changed last; empty: to be found. Searches ask for the same ones again and
+    // again.
+    mutable std::vector<std::vector<std::uint32_t>> stars_;
+    mutable std::vector<Delaunay::Vertex_handle> adjacent_;  // its scratch
 };
 
 }  // namespace palpate
