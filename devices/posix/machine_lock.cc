@@ -6,6 +6,7 @@
 #include <sys/socket.h>
 #include <sys/un.h>
 #include <unistd.h>
+#include <zlib.h>
 
 #include <algorithm>
 #include <cerrno>
@@ -16,6 +17,16 @@
 
 namespace palpate {
 namespace {
+
+constexpr std::size_t kLongestName = sizeof(sockaddr_un::sun_path) - 1;
+
+// Of any length: of a long one its end, and a checksum of the whole, for commands may end alike.
+std::string name_of_socket(const std::string& machine) {
+    std::string name = fmt::format("palpate-machine-{}", machine);
+    if (name.size() <= kLongestName) return name;
+    const std::string sum = fmt::format("palpate-machine-{:08x}-", ::crc32_z(0, reinterpret_cast<const Bytef*>(name.data()), name.size()));
+    return sum + name.substr(name.size() - (kLongestName - sum.size()));
+}
 
 [[noreturn]] void refuse(const std::string& what) {
     throw DeviceError(fmt::format("another process drives the machine at {}; end it first", what));
@@ -39,15 +50,14 @@ MachineLock MachineLock::of_device(const std::string& path) {
 MachineLock MachineLock::of_peer(const std::string& numeric_host, int port) { return of_name(fmt::format("{}:{}", numeric_host, port)); }
 
 MachineLock MachineLock::of_name(const std::string& machine) {
-    const std::string name = fmt::format("palpate-machine-{}", machine);
+    const std::string name = name_of_socket(machine);
     sockaddr_un address{};
     address.sun_family = AF_UNIX;
     // The first byte stays zero: an abstract name, which no file and no crash can leave behind.
-    const std::size_t length = std::min(name.size(), sizeof address.sun_path - 1);
-    std::copy_n(name.end() - static_cast<std::ptrdiff_t>(length), length, &address.sun_path[1]);
+    std::copy(name.begin(), name.end(), &address.sun_path[1]);
     MachineLock lock(::socket(AF_UNIX, SOCK_DGRAM | SOCK_CLOEXEC, 0));
     if (lock.descriptor_ < 0) throw ConnectionLost(fmt::format("cannot make a socket: {}", reason(errno)));
-    const auto size = static_cast<socklen_t>(offsetof(sockaddr_un, sun_path) + 1 + length);
+    const auto size = static_cast<socklen_t>(offsetof(sockaddr_un, sun_path) + 1 + name.size());
     if (::bind(lock.descriptor_, reinterpret_cast<const sockaddr*>(&address), size) != 0) {
         if (errno == EADDRINUSE) refuse(machine);
         throw ConnectionLost(fmt::format("cannot lock {}: {}", machine, reason(errno)));

@@ -12,7 +12,7 @@ public:
     // On a peer that has no file: a unix socket with an abstract name. Throws DeviceError if another process holds it.
     [[nodiscard]] static MachineLock of_peer(const std::string& numeric_host, int port);
 
-    // The same for what has neither, by any name; long ones are told apart by what they end in.
+    // The same for what has neither, by a name of any length.
     [[nodiscard]] static MachineLock of_name(const std::string& machine);
 
     MachineLock() = default;
