@@ -10,6 +10,7 @@
 #include "devices/version.h"
 #include "tools/commands/commands.h"
 #include "tools/commands/usage.h"
+#include "tools/formats/export_format.h"
 #include "tools/session_files.h"
 #include "tools/terminal/log.h"
 #include "tools/terminal/text_width.h"
@@ -174,6 +175,29 @@ int main(int argc, char** argv) {
     picture_app->add_option("DIR", picture.folder, "Session folder")->required();
     add_up(picture_app);
     picture_app->footer("Example: palpate picture bunny --up y");
+
+    ExportCommand exported;
+    CLI::App* const export_app = app.add_subcommand("export", "Write a session's result as other programs read it");
+    export_app->add_option("DIR", exported.folder, "Session folder")->required();
+    export_app->add_option("FILE", exported.file, "File to write")->required();
+    export_app->add_option("--format", exported.format, "Where the extension does not say it: " + export_format_names());
+    export_app->add_option("--mesh", exported.mesh, "part: mesh.ply; tool: what the tool's centre traces; surface: the curved surface")
+        ->check(CLI::IsMember({"part", "tool", "surface"}))
+        ->capture_default_str();
+    export_app->add_option("--sections", exported.sections, "Heights of level sections, mm; for DXF")->delimiter(',')->type_name("Z,...");
+    export_app->add_option("--step", exported.step, "Of a height map, mm; else a 50th of its longer side")->check(CLI::PositiveNumber);
+    export_app->add_option("--window", exported.window, "Of a height map, mm; else around all")
+        ->delimiter(',')
+        ->expected(4)
+        ->type_name("X0,Y0,X1,Y1");
+    export_app->add_option("--missing", exported.missing, "Height of a height map's nodes beside the surface, mm")->type_name("Z");
+    export_app->add_flag("--force", exported.force, "Replace the file if it is there");
+    export_app->footer(
+        "Examples: palpate export bunny bunny.stl; palpate export part part.dxf --sections 1,5; palpate export part part.probe --window "
+        "2,2,8,8\n"
+        "Files: .ply .stl .obj .off .3mf .vtp; .xyz and .csv: points with normals; .dxf: level sections; height maps: .probe (bCNC), "
+        ".hmap\n"
+        "(OpenCNCPilot), .map (Candle), --format ugs.");
 
     TouchCommand touch;
     CLI::App* const touch_app = app.add_subcommand("touch", "One guarded touch: go to a place, probe towards another, come back");
@@ -347,6 +371,8 @@ int main(int argc, char** argv) {
         } else if (*continue_app) {
             going_on.picture = {!no_picture, up[0]};
             code = run(going_on, output);
+        } else if (*export_app) {
+            code = run(exported, output);
         } else if (*picture_app) {
             picture.up = up[0];
             code = run(picture, output);

@@ -67,6 +67,17 @@ struct PictureCommand {
     std::filesystem::path folder;
     char up = 'z';
 };
+struct ExportCommand {
+    std::filesystem::path folder;
+    std::filesystem::path file;
+    std::string format;             // empty: as the file's extension says
+    std::string mesh = "part";      // or tool, surface
+    std::vector<double> sections;   // mm: heights, for DXF
+    std::optional<double> step;     // mm: of a height map; none: a 50th of its longer side
+    std::vector<double> window;     // mm: x, y of two corners; empty: around all
+    std::optional<double> missing;  // mm: the height of what lies beside the surface
+    bool force = false;             // replace a file that is there
+};
 struct TouchCommand {
     std::filesystem::path config;
     std::vector<std::string> overrides;
@@ -136,6 +147,7 @@ ExitCode run(const ProbeCommand& command, Output& output);
 ExitCode run(const ResumeCommand& command, Output& output);
 ExitCode run(const ContinueCommand& command, Output& output);
 ExitCode run(const PictureCommand& command, Output& output);
+ExitCode run(const ExportCommand& command, Output& output);
 ExitCode run(const TouchCommand& command, Output& output);
 ExitCode run(const CalibrateCommand& command, Output& output);
 ExitCode run(const SetupCommand& command, Output& output);
