@@ -50,7 +50,7 @@ std::vector<std::string> ModbusReport::lines() const {
             fmt::format("homed: {}, standing: {}, enabled: {}", said(is_homed), said(is_standing), said(is_enabled)),
             fmt::format("probe: {}", is_probe_closed ? "closed" : "open"),
             fmt::format("answers: {}", timing_text()),
-            fault_code == 0 ? "no fault" : fault_text(static_cast<std::uint16_t>(fault_code))};
+            !is_in_fault ? "no fault" : fault_text(static_cast<std::uint16_t>(fault_code))};
 }
 
 std::string ModbusReport::position_problem() const {
@@ -59,6 +59,13 @@ std::string ModbusReport::position_problem() const {
         "is out of the controller's own limits, {} to {} (machine): is word_order in the profile right, and are address, type and unit of "
         "the positions? Nothing moves",
         point_text(limits.min), point_text(limits.max));
+}
+
+std::string ModbusReport::unit_problem() const {
+    if (position_unit_mm <= resolution_mm) return "";
+    return fmt::format(
+        "is coarser than machine.resolution, {}: a target would never be reached; say {} or more there, or give the profile a finer unit",
+        number_text(resolution_mm, " mm"), number_text(position_unit_mm));
 }
 
 std::string ModbusReport::timing_text() const {
@@ -126,7 +133,10 @@ ModbusReport ModbusDevice::report() {
             .is_standing = status.is_standing(),
             .is_enabled = status.has(cia402::kOperationEnabled),
             .is_probe_closed = status.is_probe_closed,
+            .is_in_fault = status.is_fault(),
             .fault_code = status.is_fault() ? status.fault_code : 0,
+            .position_unit_mm = options_.profile[ModbusField::actual_x].unit,
+            .resolution_mm = options_.motion.resolution_mm,
             .look_time = slowest_look_,
             .look_requests = client_->look_requests(),
             .heartbeat_limit = options_.profile.heartbeat_limit};
@@ -182,7 +192,7 @@ ModbusDevice::Ready ModbusDevice::ready() {
         throw DeviceError(what);
     }
     Ready ready = resting_status();
-    const ModbusStatus& status = ready.status;
+    const ModbusStatus status = ready.status;
     check_ready(status);
     if (state_ == State::locked) throw DeviceError(fmt::format("{} was locked and is free now; recover before it moves", where()));
     if (const Point expected = position_ + options_.origin; !motion_->is_near(status.actual, expected)) {
@@ -192,6 +202,13 @@ ModbusDevice::Ready ModbusDevice::ready() {
                         "recover",
                         where(), point_text(expected), point_text(status.actual)));
     }
+    shows_quick_stop_ = shows_quick_stop_ || status.has(cia402::kQuickStopInactive);
+    if (shows_quick_stop_ && !status.has(cia402::kQuickStopInactive)) {
+        // The next command would lead out of it.
+        state_ = State::locked;
+        throw DeviceAlarm(0, fmt::format("{}: it is in a quick stop, by somebody else; clear the cause, then recover", where()));
+    }
+    const bool is_new = !was_enabled_ || ready.is_reconnected;
     if (!status.has(cia402::kOperationEnabled)) {
         if (was_enabled_) {
             state_ = State::locked;
@@ -199,6 +216,10 @@ ModbusDevice::Ready ModbusDevice::ready() {
                 0, fmt::format("{}: its drives are disabled, by an emergency stop perhaps; clear the cause, then recover", where()));
         }
         client_->enable();
+    } else if (is_new) {
+        // An earlier host may have left the set-point bit set, and a controller takes a command at its rising edge.
+        client_->take_back_set_point();
+        ready.status = client_->status();
     }
     was_enabled_ = true;
     return ready;

@@ -43,13 +43,17 @@ struct ModbusReport {
     bool is_standing = false;
     bool is_enabled = false;
     bool is_probe_closed = false;
-    int fault_code = 0;          // 0: none
-    Seconds look_time{0};        // the longest of some: a heartbeat and the status
-    int look_requests = 2;       // in how many requests
-    Seconds heartbeat_limit{0};  // within which the controller wants the next heartbeat
+    bool is_in_fault = false;
+    int fault_code = 0;             // 0: none is told
+    double position_unit_mm = 0.0;  // of one count
+    double resolution_mm = 0.0;     // that the configuration gives
+    Seconds look_time{0};           // the longest of some: a heartbeat and the status
+    int look_requests = 2;          // in how many requests
+    Seconds heartbeat_limit{0};     // within which the controller wants the next heartbeat
 
     // What is wrong and what to do; empty: nothing.
     [[nodiscard]] std::string position_problem() const;
+    [[nodiscard]] std::string unit_problem() const;
     [[nodiscard]] std::string timing_problem() const;
     [[nodiscard]] std::string timing_text() const;
     [[nodiscard]] std::vector<std::string> lines() const;
@@ -132,9 +136,10 @@ private:
     std::string identity_;
     Box limits_;  // machine coordinates
     Point position_ = Point::Zero();
-    Point seen_ = Point::Zero();  // machine coordinates: what was last reported
-    bool was_enabled_ = false;    // by us
-    int timed_looks_ = 0;         // for the first report
+    Point seen_ = Point::Zero();     // machine coordinates: what was last reported
+    bool was_enabled_ = false;       // by us
+    bool shows_quick_stop_ = false;  // bit 5 of the status word was set: the controller tells of quick stops by it
+    int timed_looks_ = 0;            // for the first report
     Seconds slowest_look_{0};
     std::unique_ptr<Way> way_back_;  // machine coordinates: of a move that failed
 };

@@ -13,7 +13,7 @@ namespace {
 MachineReport to_report(const ModbusReport& said, const Point& origin) {
     MachineReport report;
     report.identity = fmt::format("{}, {}, profile {}", said.identity, said.link, said.profile);
-    report.state = said.fault_code != 0 ? "fault" : !said.is_homed ? "not homed" : said.is_standing ? "standing" : "moving";
+    report.state = said.is_in_fault ? "fault" : !said.is_homed ? "not homed" : said.is_standing ? "standing" : "moving";
     report.needs_homing = !said.is_homed;
     report.position = said.position - origin;
     report.reach = Box{said.limits.min - origin, said.limits.max - origin};
@@ -21,11 +21,12 @@ MachineReport to_report(const ModbusReport& said, const Point& origin) {
         report.settings.push_back({name, good ? value : otherwise, good ? "" : problem});
     };
     add("homed", said.is_homed, "yes", "no", "home it at its own panel: nobody knows where the tool is");
-    report.settings.push_back({"fault", said.lines().back(), said.fault_code == 0 ? "" : "clear its cause"});
+    report.settings.push_back({"fault", said.lines().back(), said.is_in_fault ? "clear its cause" : ""});
     add("probe", !said.is_probe_closed, "open", "closed", "free it, or look at its lead");
     if (const std::string problem = said.position_problem(); !problem.empty()) {
         report.settings.push_back({"position", fmt::format("{} (machine)", point_text(said.position)), problem});
     }
+    report.settings.push_back({"unit of positions", number_text(said.position_unit_mm, " mm"), said.unit_problem()});
     report.settings.push_back({"answers", said.timing_text(), said.timing_problem()});
     return report;
 }
@@ -45,7 +46,7 @@ void ModbusMachine::make_ready() {
 // A controller that stopped because its host fell silent knows where it is.
 bool ModbusMachine::is_position_trusted() {
     const ModbusReport said = device_.report();
-    return said.is_homed && (said.fault_code == 0 || said.fault_code == cia402::kHeartbeatFault);
+    return said.is_homed && (!said.is_in_fault || said.fault_code == cia402::kHeartbeatFault);
 }
 
 }  // namespace palpate

@@ -5,10 +5,12 @@
 //
 //   Command   One FC16 frame carries the whole command block. The controller starts a move when the frame brings a sequence number
 //             other than the one that it echoes; the same number again starts nothing. While it moves it answers a new command with
-//             exception 6 (busy) and goes on; only the halt bit and the fault-reset bit of the control word are taken.
+//             exception 6 (busy) and goes on; of the control word on its own the halt bit, the fault-reset bit and the enabling
+//             bits are taken, without which it slows down.
 //   Standstill is bit 10 of the status word: set whenever the axes stand, for whatever reason.
 //   Touch     Each command arms the touch probe afresh: the stored bits are cleared. With stop-on-touch set, the controller slows down
-//             when the armed edge is stored. The edge counter counts positive edges while armed, and is never cleared.
+//             when the armed edge is stored. The edge counter counts the positive edges that were stored, one for a touch
+//             however the contact chatters, and is never cleared.
 //   Heartbeat The host writes a number that changes, the controller echoes it. When it does not change for `heartbeat_limit` while
 //             the axes move, the controller slows down, stops and shows kHeartbeatFault; its position stays true. An echo may come
 //             in one of the controller's next cycles, within `echo_limit`; so may that of a sequence number.

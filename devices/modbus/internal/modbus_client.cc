@@ -202,8 +202,12 @@ void ModbusClient::halt(Seconds limit) {
 void ModbusClient::take_back_set_point() { write_control(cia402::kEnableOperation); }
 
 void ModbusClient::reset_fault() {
-    write_control(0);  // the reset is the rising edge of its bit
+    // The reset is the rising edge of its bit, which a controller that looks once in a cycle has to see fallen: the look takes one.
+    write_control(0);
+    (void)status();
     write_control(cia402::kFaultReset);
+    const auto give_up_at = clock_.now() + to_nanoseconds(profile_.echo_limit);
+    while (status().is_fault() && clock_.now() < give_up_at) clock_.sleep(kEchoPause);
     enable();
 }
 

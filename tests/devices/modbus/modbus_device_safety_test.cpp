@@ -266,6 +266,41 @@ TEST_F(ModbusInterference, AQuickStopIsLeftAlone) {
     EXPECT_FALSE(machine.is_moving());
 }
 
+TEST_F(ModbusInterference, AQuickStopAtRestIsSeenBeforeTheNextMove) {
+    EXPECT_EQ(device->guarded_move({19, 0, 0}, Pace::probe).outcome, Outcome::reached);
+    std::uint64_t commands = 0;
+    machine->with_controller([&](VirtualModbusController& c) {
+        c.quick_stop();
+        commands = c.commands();
+    });
+    expect_says(told_after([&] { (void)device->guarded_move({18, 0, 0}, Pace::probe); }), "it is in a quick stop");
+    EXPECT_EQ(machine.commands(), commands);
+}
+
+// A controller may take a command at the rising edge of the bit alone, which a host that was killed may have left set.
+TEST_F(ModbusInterference, AnEarlierHostsSetPointFallsBeforeTheFirstCommand) {
+    EXPECT_EQ(device->guarded_move({19, 0, 0}, Pace::probe).outcome, Outcome::reached);
+    std::uint64_t edges = 0;
+    machine->with_controller([&](VirtualModbusController& c) {
+        const std::array left{static_cast<std::uint16_t>(cia402::kEnableOperation | cia402::kNewSetPoint)};
+        c.write(ModbusProfile::standard()[F::control_word].address, left);
+        edges = c.set_points();
+    });
+    device.reset();
+    device = machine.device();
+    EXPECT_EQ(device->guarded_move({18, 0, 0}, Pace::probe).outcome, Outcome::reached);
+    machine->with_controller([&](const VirtualModbusController& c) { EXPECT_EQ(c.set_points(), edges + 1); });
+}
+
+TEST(ModbusReport, AUnitThatIsCoarserThanTheResolutionIsAProblem) {
+    ModbusReport report;
+    report.position_unit_mm = 0.001;
+    report.resolution_mm = 0.001;
+    EXPECT_EQ(report.unit_problem(), "");
+    report.position_unit_mm = 0.01;
+    expect_says(report.unit_problem(), "say 0.01 or more there");
+}
+
 TEST_F(ModbusInterference, AHaltByAnotherIsLeftAlone) {
     expect_says(disturbed([](VirtualModbusController& c) {
                     const std::array halt{static_cast<std::uint16_t>(cia402::kEnableOperation | cia402::kHalt)};
