@@ -93,22 +93,23 @@ TEST_F(LinuxCncBridge, ModesAreSetForProbingAndGivenBack) {
     ready();
     EXPECT_EQ(machine->told("mdi"), 0U) << "before a move nothing changes";
     (void)probe();
-    EXPECT_EQ(machine->told("mdi G21 G90 G94 G40 G61 G80 M49"), 1U);
+    EXPECT_EQ(machine->told("mdi G40"), 1U);
+    EXPECT_EQ(machine->told("mdi G21 G8 G90 G94 G61 G80 M49"), 1U);
     EXPECT_EQ(machine->told("mdi M52 P0"), 1U);
     (void)device->guarded_move(kStart, Pace::travel);
-    EXPECT_EQ(machine->told("mdi G21 G90"), 1U) << "once";
+    EXPECT_EQ(machine->told("mdi G21 G8"), 1U) << "once";
     device.reset();
     stream.reset();
     for (int k = 0; k < 100 && machine->told("mdi G64") == 0; ++k) std::this_thread::sleep_for(20ms);
-    EXPECT_EQ(machine->told("mdi G64 P0.05 G21 G90 M48"), 1U);
+    EXPECT_EQ(machine->told("mdi G64 P0.05 G21 G90 G94 G8 M48"), 1U);
     connect();
     expect_touch(probe());
-    EXPECT_EQ(machine->told("mdi G21 G90"), 2U) << "for each host";
+    EXPECT_EQ(machine->told("mdi G21 G8"), 2U) << "for each host";
 }
 
 TEST_F(LinuxCncBridge, AModeThatIsNotTakenIsARefusal) {
     ready({{"keeps_path", true}});
-    EXPECT_THAT(message_of<DeviceRefused>([&] { (void)probe(); }), HasSubstr("LinuxCNC does not take G21"));
+    EXPECT_THAT(message_of<DeviceRefused>([&] { (void)probe(); }), HasSubstr("LinuxCNC does not take G40, G21"));
     ready({{"no_mdi", true}});
     EXPECT_THAT(message_of<DeviceRefused>([&] { (void)probe(); }), HasSubstr("does not change its mode"));
     EXPECT_EQ(machine->moves(), 0U);
@@ -213,6 +214,14 @@ TEST_F(LinuxCncBridge, ALatchOffTheWayOrNoneIsNoTouch) {
     EXPECT_THAT(message_of<DeviceAlarm>([&] { (void)probe(); }), HasSubstr("short of its target"));
 }
 
+// It leaves what an earlier one has latched, which may lie on the way.
+TEST_F(LinuxCncBridge, AMoveThatNeverBeginsIsNoTouch) {
+    ready({{"never_begins", 4}});
+    expect_touch(probe());  // and off it
+    EXPECT_THAT(message_of<DeviceRefused>([&] { (void)probe(); }), HasSubstr("LinuxCNC did not move"));
+    expect_touch(probe());
+}
+
 TEST_F(LinuxCncBridge, ABounceAfterATouchIsATouch) {
     ready({{"bounce", 1}});
     expect_touch(probe());
@@ -253,6 +262,11 @@ TEST_F(LinuxCncBridge, AfterAnEmergencyStopTheMachineCountsAsNotHomed) {
     std::this_thread::sleep_for(200ms);
     options.homing = Homing::require;
     EXPECT_THROW(connect().make_ready(), DeviceAlarm);
+    machine->hand("unhome 0");
+    std::this_thread::sleep_for(200ms);
+    machine->hand("home");
+    std::this_thread::sleep_for(200ms);
+    EXPECT_FALSE(device->state().is_homed) << "one joint of three was homed since";
     machine->hand("unhome");
     std::this_thread::sleep_for(200ms);
     machine->hand("home");
@@ -308,7 +322,8 @@ TEST_F(LinuxCncBridge, ASecondHostIsToldThatThereIsOne) {
 
 TEST_F(LinuxCncBridge, WhatIsNoQuestionEndsTheConnection) {
     for (const std::string& line :
-         {std::string("GET / HTTP/1.1\n"), std::string("[]\n"), std::string("{\"id\":3}\n"), std::string(100000, 'x')}) {
+         {std::string("GET / HTTP/1.1\n"), std::string("[]\n"), std::string("{\"id\":3}\n"), std::string("{\"id\":0,\"ask\":\"state\"}\n"),
+          std::string(50000, '[') + "\n", std::string(100000, 'x')}) {
         start();
         stream->write(line);
         EXPECT_THROW(
@@ -319,7 +334,7 @@ TEST_F(LinuxCncBridge, WhatIsNoQuestionEndsTheConnection) {
         connect();
     }
     EXPECT_THAT(ask(R"({"id":9,"ask":"dance"})")["error"].get<std::string>(), HasSubstr("not known"));
-    for (const char* to : {"[1,2]", "\"up\"", "[1,2,NaN]", "[1,2,null]"}) {
+    for (const char* to : {"[1,2]", "\"up\"", "[1,2,NaN]", "[1,2,null]", "[1,2,1e300]", "[1,2,true]"}) {
         const Json answer = ask(std::string(R"({"id":10,"ask":"travel","feed":5,"acceleration":1,"until":"closed","to":)") + to + "}");
         EXPECT_THAT(answer["error"].get<std::string>(), HasSubstr("a move needs")) << to;
     }

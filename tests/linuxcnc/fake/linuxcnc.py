@@ -43,7 +43,7 @@ class World:
 
     def __init__(self):
         self.position = list(START)
-        self.homed = not wrong.get("unhomed")
+        self.homed = [not wrong.get("unhomed")] * 3
         self.homed_at = math.inf
         self.task_state = {"estop": STATE_ESTOP, "off": STATE_OFF}.get(wrong.get("state"), STATE_ON)
         self.task_mode, self.interp, self.rcs = MODE_MANUAL, INTERP_IDLE, RCS_DONE
@@ -86,14 +86,18 @@ class World:
         elif word == "release":
             self.pressed = None
         elif word == "unhome":
-            self.homed = False
+            self.homed = [False] * 3
+        elif word == "unhome 0":
+            self.homed[0] = False
         elif word == "home":
-            self.homed = True
+            self.homed = [True] * 3
         elif word != "where":
             raise error("nobody does %r at a machine" % word)
 
     def begin(self, target, feed, until_open):
         self.moves += 1
+        if self.is_wrong("never_begins"):
+            return
         if self.is_wrong("closed_at_start"):
             self.pressed = True
         self.tripped, self.rcs = False, RCS_EXEC
@@ -128,7 +132,7 @@ class World:
         self.hand()
         now = time.monotonic()
         if now > self.homed_at:
-            self.homed, self.homed_at = True, math.inf
+            self.homed, self.homed_at = [True] * 3, math.inf
         move = self.move
         if not move or self.is_slow:
             return
@@ -183,7 +187,9 @@ class World:
         """A command, echoed unless the task is dead."""
         log(text)
         self.serial += 1
-        if not self.is_frozen:
+        if self.is_frozen:
+            time.sleep(1.0)  # five there
+        else:
             self.advance()
             self.echo = self.serial
 
@@ -207,13 +213,14 @@ class stat:
         self.probed_position = [x * units for x in w.probed] + [0.0] * 6
         self.axis = [dict(min_position_limit=-60.0 * units, max_position_limit=60.0 * units)] * 3
         self.joint = [dict(homing=w.homed_at < math.inf, fault=bool(wrong.get("joint_fault")), min_hard_limit=0, max_hard_limit=0)] * 3
-        self.homed = [w.homed] * 3
+        self.homed = list(w.homed)
         self.task_state, self.task_mode, self.interp_state, self.state = w.task_state, w.task_mode, w.interp, w.rcs
         self.enabled = w.task_state == STATE_ON
         self.inpos = w.move is None
         self.queue = 0 if w.move is None else 1
         self.paused = self.task_paused = False
         self.queued_mdi_commands = w.queued
+        self.current_vel = 0.0 if w.move is None else w.move["feed"]
         self.probe_val, self.probe_tripped = int(w.probe()), w.tripped
         self.gcodes = [0, 383, -1, 170, 400, w.gcodes["units"], w.gcodes["distance"], 940, 540, 490, 990, w.gcodes["path"], -1, 970, 911, 80]
         self.settings = [0.0, 600.0, 0.0, 0.05, 0.0]
@@ -243,13 +250,13 @@ class command:
 
     def unhome(self, joint):
         world.take("unhome")
-        world.homed = False
+        world.homed = [False] * 3
 
     def home(self, joint):
         world.take("home")
         if world.task_mode != MODE_MANUAL:
             world.say("can't do that (EMC_JOINT_HOME:123) in MDI mode")
-        elif world.is_teleop or world.homed:
+        elif world.is_teleop or all(world.homed):
             world.say("must be in joint mode to home")
         elif wrong.get("home_fails"):
             world.say("joint 0 home switch not found")
@@ -269,7 +276,7 @@ class command:
         if world.is_frozen:
             return
         w = world
-        if w.task_state != STATE_ON or not w.homed or w.task_mode != MODE_MDI:
+        if w.task_state != STATE_ON or not all(w.homed) or w.task_mode != MODE_MDI:
             w.say("Must be in MDI mode to issue MDI command")
             w.rcs = RCS_ERROR
             return
