@@ -206,7 +206,7 @@ int main(int argc, char** argv) {
     touch_app->add_option("--to", touch.to, "Where it ends at the latest, mm")->required()->delimiter(',')->expected(3)->type_name("X,Y,Z");
     add_yes(touch_app, touch.yes);
     add_overrides(touch_app, touch.overrides);
-    touch_app->footer("Example: palpate touch my_part.yaml --from 0,0,40 --to 0,0,25");
+    touch_app->footer("Example: palpate touch my_part.yaml --from 3,0,11 --to 3,0,-2");
 
     CalibrateCommand calibrate;
     CLI::App* const calibrate_app =
@@ -279,8 +279,9 @@ int main(int argc, char** argv) {
     ports_app->footer("Example: palpate ports");
 
     VmCommand vm;
-    CLI::App* const vm_app = app.add_subcommand("vm", "Run a virtual machine that hides the configuration's object, until Ctrl-C");
-    vm_app->add_option("CONFIG", vm.config, "Configuration with an object and a machine, YAML")->required();
+    CLI::App* const vm_app = app.add_subcommand("vm", "Run a virtual machine that hides a part, until Ctrl-C");
+    vm_app->add_option("CONFIG", vm.config, "Configuration with a machine, YAML")->required();
+    vm_app->add_option("--object", vm.object, "Mesh of the part to hide; else the configuration's object, or a ring")->type_name("MESH");
     vm_app->add_option("--grbl", vm.grbl, "A GRBL controller; LINK will lead to its serial port, or tcp://127.0.0.1:PORT")
         ->type_name("LINK");
     vm_app->add_option("--modbus", vm.modbus, "A Modbus controller on TCP")->type_name("HOST:PORT");

@@ -3,7 +3,9 @@
 #include <gtest/gtest.h>
 
 #include <algorithm>
+#include <fstream>
 #include <nlohmann/json.hpp>
+#include <sstream>
 
 #include "devices/session/journal.h"
 #include "sim/machines/external/virtual_program.h"
@@ -621,6 +623,40 @@ TEST_F(MachineSession, PreTravelAndPlayOfTheAxesEndNoSession) {
     const auto summary = nlohmann::json::parse(read("torus/summary.json"));
     EXPECT_EQ(summary.at("euler_characteristic"), 0);
     EXPECT_EQ(summary.at("boundary_edges"), 0);
+}
+
+// devices/README.md, "A real GRBL machine, step by step", on a copy of the template that it begins with, in another folder.
+TEST_F(MachineSession, TheTextOfTheFirstSessionRunsOnItsTemplate) {
+    fs::copy_file(PALPATE_SOURCE_DIR "/config/machines/grbl.yaml", folder_ / "part.yaml", fs::copy_options::overwrite_existing);
+    fs::create_directory(folder_ / "vm");
+    Process vm(folder_ / "vm", {"vm", "../part.yaml", "--grbl", port().string(), "--fast", "--audit", "audit"});
+    for (int k = 0; k < 500 && !fs::exists(port()); ++k) std::this_thread::sleep_for(20ms);
+    std::ifstream text(PALPATE_SOURCE_DIR "/devices/README.md");
+    std::string line;
+    while (std::getline(text, line) && line != "## A real GRBL machine, step by step") {
+    }
+    std::vector<std::string> seen;
+    while (std::getline(text, line) && !line.starts_with("## ")) {
+        for (const char* name : {"palpate check part.yaml", "palpate touch part.yaml", "palpate probe part.yaml"}) {
+            const std::size_t begin = line.find(name);
+            if (begin == std::string::npos) continue;
+            std::istringstream words(line.substr(begin, line.find('`', begin) - begin));
+            std::vector<std::string> command;
+            for (std::string word; words >> word;) command.push_back(word);
+            command.erase(command.begin());
+            seen.push_back(command.front());
+            for (const std::string& word : {std::string("--set"), "machine.grbl.port=" + port().string()}) command.push_back(word);
+            if (command.front() != "check") command.emplace_back("--yes");
+            EXPECT_EQ(run(command), 0) << line << '\n' << read("out.txt");
+            if (command.front() == "touch") {
+                EXPECT_THAT(read("out.txt"), HasSubstr("contact at (3, 0, "));
+            }
+        }
+    }
+    EXPECT_EQ(seen, (std::vector<std::string>{"check", "touch", "probe"}));
+    EXPECT_EQ(nlohmann::json::parse(read("part/summary.json")).at("euler_characteristic"), 0) << "a ring";
+    vm.send(SIGINT);
+    EXPECT_EQ(vm.wait(), 0);
 }
 
 TEST_F(MachineSession, NothingMovesWithoutConsent) {

@@ -52,7 +52,6 @@ ExitCode check_machine(const CheckCommand& command, const SessionConfig& config,
         << stopping_distance(k, k.feeds.probe_mm_per_s) << " mm from a touch; the probe gives way by " << k.overtravel_mm << " mm\n";
     tell_tool(config, workspace, out);
     out << "effort         " << effort_text(config) << '\n';
-    if (config.object) (void)tool_scene(config, HiddenObject(*config.object));
     check_connection(*config.machine);
     if (command.offline) {
         out << "the configuration is good; the machine was not asked\n";

@@ -120,6 +120,7 @@ struct VmCommand {
     std::string external;              // HOST:PORT
     std::string modbus;                // HOST:PORT
     std::filesystem::path modbus_rtu;  // link to make
+    std::filesystem::path object;      // mesh of the part to hide; empty: the configuration's, or one of its own
     std::string dialect = "grbl";      // or grblhal, fluidnc
     bool locked = false;
     bool fast = false;

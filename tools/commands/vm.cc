@@ -55,6 +55,21 @@ VirtualToolOptions tool_options(const SessionConfig& config, const Region& works
     return options;
 }
 
+// What is hidden where neither the configuration nor the command names an object: a ring in the middle of the workspace.
+ObjectSpec own_object(const WorkspaceSpec& workspace) {
+    ShapeSpec ring;
+    double room = 1.0;
+    if (const auto* ball = std::get_if<Ball>(&workspace)) {
+        ring.at = ball->center;
+        room = ball->radius;
+    } else if (const auto* box = std::get_if<Box>(&workspace)) {
+        ring.at = (box->min + box->max) / 2;
+        room = (box->max - box->min).minCoeff() / 2;
+    }
+    ring.kind = TorusSpec{0.45 * room, 0.2 * room};
+    return ring;
+}
+
 // Of tools with a body, and of areas that alone are to be probed.
 struct BodyAudits {
     std::optional<ToolAudit> tool;
@@ -233,7 +248,9 @@ void run_external(const VmCommand& command, const Axes& axes, StopSignals& signa
 ExitCode run(const VmCommand& command, Output& output) {
     StopSignals signals;
     std::ostream& out = output.results;
-    const SessionConfig config = read_config(command.config, command.overrides);
+    SessionConfig config = read_config(command.config, command.overrides);
+    if (!command.object.empty()) config.object = MeshSpec{command.object};
+    if (!config.object) config.object = own_object(config.workspace);
     if (!config.machine) throw SetupError("machine: missing; a virtual machine needs to know how it moves");
     const int kinds = (command.grbl.empty() ? 0 : 1) + (command.modbus.empty() ? 0 : 1) + (command.modbus_rtu.empty() ? 0 : 1) +
                       (command.external.empty() ? 0 : 1);
