@@ -75,7 +75,7 @@ int main(int argc, char** argv) {
         "  palpate continue my_part -o my_part_fine --tolerance 0.02\n"
         "  palpate bench config/examples/torus.yaml --strategy thesis,default\n"
         "Exit codes: 0 done, 1 internal error, 2 bad usage or configuration, 3 device fault, 4 incomplete result,\n"
-        "5 a premise that was given is refuted (6 is kept for parts out of tolerance).\n"
+        "5 a premise that was given is refuted, 6 an inspected part is out of tolerance.\n"
         "Every key of a configuration: config/README.md.");
 
     const auto add_overrides = [](CLI::App* command, std::vector<std::string>& overrides) {
@@ -198,6 +198,22 @@ int main(int argc, char** argv) {
         "Files: .ply .stl .obj .off .3mf .vtp; .xyz and .csv: points with normals; .dxf: level sections; height maps: .probe (bCNC), "
         ".hmap\n"
         "(OpenCNCPilot), .map (Candle), --format ugs.");
+
+    InspectCommand inspect;
+    CLI::App* const inspect_app = app.add_subcommand("inspect", "Compare a session's result with a reference mesh");
+    inspect_app->add_option("DIR", inspect.folder, "Session folder")->required();
+    inspect_app->add_option("--against", inspect.reference, "Closed mesh of the reference: OFF, PLY, OBJ, STL")
+        ->required()
+        ->type_name("MESH");
+    inspect_app->add_option("--scale", inspect.scale, "mm per unit of the reference")->check(CLI::PositiveNumber)->capture_default_str();
+    inspect_app->add_option("--mesh", inspect.mesh, "part: mesh.ply; surface: the curved surface")
+        ->check(CLI::IsMember({"part", "surface"}))
+        ->capture_default_str();
+    inspect_app->add_flag("--align", inspect.align, "Turn and move the result to where it fits best; else it lies as it was probed");
+    inspect_app->add_option("--tolerance", inspect.tolerance, "Exit code 6 if a sample lies farther off, mm")->check(CLI::PositiveNumber);
+    inspect_app->add_option("-o,--output", inspect.table, "Deviation of every sample, CSV: x, y, z, deviation (mm, outside is positive)");
+    inspect_app->add_flag("--force", inspect.force, "Replace that file if it is there");
+    inspect_app->footer("Example: palpate inspect part --against model.stl --align --tolerance 0.05 -o deviations.csv");
 
     TouchCommand touch;
     CLI::App* const touch_app = app.add_subcommand("touch", "One guarded touch: go to a place, probe towards another, come back");
@@ -374,6 +390,8 @@ int main(int argc, char** argv) {
             code = run(going_on, output);
         } else if (*export_app) {
             code = run(exported, output);
+        } else if (*inspect_app) {
+            code = run(inspect, output);
         } else if (*picture_app) {
             picture.up = up[0];
             code = run(picture, output);

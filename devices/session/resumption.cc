@@ -189,8 +189,14 @@ private:
     // The limits are a box: what leads from one place in it to another stays in it.
     void check_limits(const Point& at) const {
         if (settings_.limits.contains(at, settings_.motion.resolution_mm)) return;
-        throw OutOfLimits(
-            fmt::format("the tool is at {}, outside machine.limits: move it inside them by hand, then resume", point_text(at)));
+        throw OutOfLimits(fmt::format(
+            "the machine says that the tool is at {}, outside machine.limits. If it was reset or without power since, it does not know "
+            "where "
+            "it is: 1. home it; without switches, jog the tool to where the machine's 0, 0, 0 was, and reset it there; 2. jog the tool "
+            "inside the limits, clear of the part; 3. resume: up to three known places are touched first, at the feed of probes, which "
+            "shows "
+            "whether position and part are as they were",
+            point_text(at)));
     }
 
     // Nothing is trusted yet: at the feed of probes.

@@ -104,11 +104,11 @@ TEST_F(CommandLine, WithoutAWordItSaysWhatItIsAndWhichCommandsItHas) {
     EXPECT_EQ(outcome.exit_code, 2);
     EXPECT_THAT(outcome.err, ::testing::StartsWith("Palpate discovers the shape of an unknown solid by touching it.\n"));
     for (const std::string command :
-         {"simulate", "probe", "resume", "export", "picture", "touch", "calibrate", "setup", "ports", "vm", "check", "bench"}) {
+         {"simulate", "probe", "resume", "export", "inspect", "picture", "touch", "calibrate", "setup", "ports", "vm", "check", "bench"}) {
         EXPECT_THAT(outcome.err, HasSubstr("\n  " + command + " ")) << "a line of its own";
     }
     EXPECT_THAT(outcome.err, HasSubstr("palpate --help"));
-    EXPECT_LE(std::ranges::count(outcome.err, '\n'), 17) << "short";
+    EXPECT_LE(std::ranges::count(outcome.err, '\n'), 18) << "short";
 }
 
 TEST_F(CommandLine, AnOptionIsNoNameOfAFolder) {

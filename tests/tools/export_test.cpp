@@ -93,6 +93,25 @@ TEST_F(Export, HeightMapsWantAllNodesOrSayWhatIsMissing) {
     }
 }
 
+// Against a finely meshed torus of one's own: samples lie on the exact one.
+TEST_F(Export, AResultIsInspectedAgainstAReference) {
+    std::ofstream(folder_ / "fine.yaml") << "object: {shape: {torus: {major: 1, minor: 0.4}}}\nworkspace: auto\nprobing: {epsilon: 0.05}\n";
+    ASSERT_EQ(palpate("simulate fine.yaml -o fine --no-picture"), 0) << read("out.txt");
+    EXPECT_EQ(palpate("inspect fine --against fine/mesh.ply --tolerance 1e-9 -o deviations.csv"), 0) << read("out.txt");
+    EXPECT_THAT(read("out.txt"), HasSubstr("all samples lie within"));
+    EXPECT_THAT(read("deviations.csv"), ::testing::StartsWith("x,y,z,deviation\n"));
+    EXPECT_EQ(palpate("inspect s --against fine/mesh.ply --tolerance 0.005"), 0) << read("out.txt");
+    EXPECT_EQ(palpate("inspect s --against fine/mesh.ply --tolerance 1e-6"), 6) << read("out.txt");
+    EXPECT_EQ(palpate("inspect s --against nowhere.stl"), 2);
+    // The same, moved: as it lies, and aligned.
+    std::ofstream(folder_ / "moved.yaml") << "object: {shape: {torus: {major: 1, minor: 0.4}, at: [0.02, -0.01, 0.03]}}\nworkspace: auto\n"
+                                             "probing: {epsilon: 0.2}\n";
+    ASSERT_EQ(palpate("simulate moved.yaml -o moved --no-picture"), 0) << read("out.txt");
+    EXPECT_EQ(palpate("inspect moved --against fine/mesh.ply --tolerance 0.005"), 6);
+    EXPECT_EQ(palpate("inspect moved --against fine/mesh.ply --tolerance 0.005 --align"), 0) << read("out.txt");
+    EXPECT_THAT(read("out.txt"), ::testing::ContainsRegex("moved by \\(-0.0[12][0-9]*, 0.0[01][0-9]*, -0.0[23]"));
+}
+
 TEST_F(Export, WhatCannotBeIsSaidAndNothingIsWritten) {
     const auto says = [&](const std::string& words) {
         EXPECT_EQ(palpate(words), 2) << words;

@@ -16,13 +16,13 @@ struct Result;
 
 // Stable, for scripts.
 enum class ExitCode : int {
-    done = 0,        // certified, or certified as far as assumed
-    internal = 1,    // a bug of ours
-    usage = 2,       // bad usage, configuration, object or folder
-    device = 3,      // device fault, resumable
-    incomplete = 4,  // the result does not fulfil what it has to
-    refuted = 5,     // it does, but touches contradict what the user vouched for
-                     // 6 is kept for a part that is out of its tolerance
+    done = 0,              // certified, or certified as far as assumed
+    internal = 1,          // a bug of ours
+    usage = 2,             // bad usage, configuration, object or folder
+    device = 3,            // device fault, resumable
+    incomplete = 4,        // the result does not fulfil what it has to
+    refuted = 5,           // it does, but touches contradict what the user vouched for
+    out_of_tolerance = 6,  // a part that was inspected
 };
 
 struct SimulateCommand {
@@ -77,6 +77,16 @@ struct ExportCommand {
     std::vector<double> window;     // mm: x, y of two corners; empty: around all
     std::optional<double> missing;  // mm: the height of what lies beside the surface
     bool force = false;             // replace a file that is there
+};
+struct InspectCommand {
+    std::filesystem::path folder;
+    std::filesystem::path reference;  // mesh
+    double scale = 1.0;               // mm per unit of that
+    std::string mesh = "part";        // or surface
+    bool align = false;               // best fit first
+    std::optional<double> tolerance;  // mm, either way
+    std::filesystem::path table;      // CSV to write; empty: none
+    bool force = false;
 };
 struct TouchCommand {
     std::filesystem::path config;
@@ -149,6 +159,7 @@ ExitCode run(const ResumeCommand& command, Output& output);
 ExitCode run(const ContinueCommand& command, Output& output);
 ExitCode run(const PictureCommand& command, Output& output);
 ExitCode run(const ExportCommand& command, Output& output);
+ExitCode run(const InspectCommand& command, Output& output);
 ExitCode run(const TouchCommand& command, Output& output);
 ExitCode run(const CalibrateCommand& command, Output& output);
 ExitCode run(const SetupCommand& command, Output& output);
