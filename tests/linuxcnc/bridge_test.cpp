@@ -287,6 +287,15 @@ TEST_F(LinuxCncBridge, AStopAbortsAndGoesBack) {
     EXPECT_EQ(machine->told("abort"), 1U);
 }
 
+TEST_F(LinuxCncBridge, WhoTakesItOutOfMdiHasIt) {
+    ready();
+    (void)device->guarded_move({0, 0, 41}, Pace::probe);
+    machine->hand("manual");
+    EXPECT_THAT(message_of<DeviceRefused>([&] { (void)probe(); }), HasSubstr("it is theirs until a new session begins"));
+    connect();
+    expect_touch(probe());
+}
+
 // --- hosts -----------------------------------------------------------------------------------------------------------
 
 TEST_F(LinuxCncBridge, AHostThatIsGoneOrSilentIsAnAbort) {

@@ -91,6 +91,8 @@ class World:
             self.homed[0] = False
         elif word == "home":
             self.homed = [True] * 3
+        elif word == "manual":
+            self.task_mode = MODE_MANUAL
         elif word != "where":
             raise error("nobody does %r at a machine" % word)
 
