@@ -76,9 +76,10 @@ protected:
     }
     void SetUp() override {
         ASSERT_TRUE(wait_until([] { return output_of("halcmd getp audit.looks 2>/dev/null") != ""; })) << output_of("cat linuxcnc.log");
-        bridge = std::make_unique<ChildStream>(std::vector<std::string>{
-            "sh", "-c",
-            std::string(PALPATE_SOURCE_DIR "/tools/linuxcnc_bridge --listen ") + kAddress + " & cat >/dev/null; kill $!; wait $!"});
+        bridge = std::make_unique<ChildStream>(
+            std::vector<std::string>{"sh", "-c",
+                                     std::string(PALPATE_SOURCE_DIR "/tools/linuxcnc_bridge --silence 1 --listen ") + kAddress +
+                                         " & cat >/dev/null; kill $!; wait $!"});
         std::string said;
         ASSERT_TRUE(wait_until([&] { return (said += bridge->read(0ms)).find("listens") != std::string::npos; }));
         switch_on();
