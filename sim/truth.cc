@@ -8,6 +8,7 @@
 #include <random>
 #include <vector>
 
+#include "sim/facet_places.h"
 #include "sim/objects/crofton.h"
 #include "sim/objects/errors.h"
 #include "sim/objects/triangle_tree.h"
@@ -30,47 +31,25 @@ void check(const TriangleMesh& mesh) {
     }
 }
 
-double area_of(const TriangleMesh& mesh, const std::array<std::uint32_t, 3>& t) {
-    const Point& a = mesh.points[t[0]];
-    return 0.5 * (mesh.points[t[1]] - a).cross(mesh.points[t[2]] - a).norm();
-}
-
-// Calls visit for the centroids of the n² equal triangles that abc is cut into.
-template <class Visit>
-void for_each_centroid(const Point& a, const Point& b, const Point& c, int n, Visit visit) {
-    const Vector u = (b - a) / n;
-    const Vector v = (c - a) / n;
-    for (int i = 0; i < n; ++i) {
-        for (int j = 0; i + j < n; ++j) {
-            const Point corner = a + i * u + j * v;
-            visit(corner + (u + v) / 3.0);
-            if (i + j + 1 < n) visit(corner + 2.0 * (u + v) / 3.0);
-        }
-    }
-}
-
 OneSided from_result(const HiddenObject& object, const TriangleMesh& mesh, std::size_t count) {
-    double total = 0.0;
-    for (const auto& t : mesh.triangles) total += area_of(mesh, t);
     OneSided side;
+    double total = 0.0;
     double weighted = 0.0;
     std::vector<bool> seen(mesh.points.size(), false);
-    for (const auto& t : mesh.triangles) {
-        const double area = area_of(mesh, t);
-        for (auto i : t) {
+    for_each_facet(mesh, count, [&](const FacetPlaces& facet) {
+        for (const std::uint32_t i : facet.corners) {
             if (!seen[i]) side.max = std::max(side.max, object.distance(mesh.points[i]));
             seen[i] = true;
         }
-        const double share = total > 0.0 ? area / total : 0.0;
-        const int n = std::max(1, static_cast<int>(std::lround(std::sqrt(share * static_cast<double>(count)))));
         double sum = 0.0;
-        for_each_centroid(mesh.points[t[0]], mesh.points[t[1]], mesh.points[t[2]], n, [&](const Point& p) {
+        for (const Point& p : facet.places) {
             const double distance = object.distance(p);
             side.max = std::max(side.max, distance);
             sum += distance;
-        });
-        weighted += area * sum / (static_cast<double>(n) * n);
-    }
+        }
+        total += facet.area;
+        weighted += facet.area * sum / static_cast<double>(facet.places.size());
+    });
     side.mean = total > 0.0 ? weighted / total : side.max;
     return side;
 }

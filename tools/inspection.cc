@@ -7,6 +7,7 @@
 #include <limits>
 #include <numbers>
 
+#include "sim/facet_places.h"
 #include "tools/formats/mesh_formats.h"
 #include "tools/part_result.h"
 
@@ -31,24 +32,6 @@ double signed_distance(const HiddenObject& reference, const Point& p) {
 double quantile(const std::vector<double>& ascending, double share) {
     const double place = share * static_cast<double>(ascending.size() - 1);
     return ascending[static_cast<std::size_t>(std::ceil(place))];
-}
-
-double double_area(const TriangleMesh& mesh, const std::array<std::uint32_t, 3>& t) {
-    return (mesh.points[t[1]] - mesh.points[t[0]]).cross(mesh.points[t[2]] - mesh.points[t[0]]).norm();
-}
-
-// The centroids of n² equal parts.
-template <typename Visit>
-void for_each_centroid(const std::array<Point, 3>& corners, std::size_t n, const Visit& visit) {
-    const Vector along = (corners[1] - corners[0]) / static_cast<double>(n);
-    const Vector across = (corners[2] - corners[0]) / static_cast<double>(n);
-    for (std::size_t i = 0; i < n; ++i) {
-        for (std::size_t j = 0; i + j < n; ++j) {
-            const Point corner = corners[0] + static_cast<double>(i) * along + static_cast<double>(j) * across;
-            visit(Point(corner + (along + across) / 3));
-            if (i + j + 1 < n) visit(Point(corner + 2 * (along + across) / 3));
-        }
-    }
 }
 
 // One step: of the turn about `centre` and the shift that the distances and their slopes ask for.
@@ -181,14 +164,9 @@ std::optional<RigidMotion> best_fit(const HiddenObject& reference, const Inspect
 Deviations deviations_from(const HiddenObject& reference, const Inspected& part, const RigidMotion& motion, std::size_t facet_points) {
     Deviations found;
     for (const Point& p : part.samples) found.at_samples.push_back(signed_distance(reference, motion(p)));
-    double area = 0;
-    for (const auto& t : part.facets.triangles) area += double_area(part.facets, t);
-    for (const auto& t : part.facets.triangles) {
-        const double share = area > 0 ? double_area(part.facets, t) / area : 0;
-        const auto n = static_cast<std::size_t>(std::max(1.0, std::round(std::sqrt(share * static_cast<double>(facet_points)))));
-        for_each_centroid({part.facets.points[t[0]], part.facets.points[t[1]], part.facets.points[t[2]]}, n,
-                          [&](const Point& p) { found.at_facets.push_back(signed_distance(reference, motion(p))); });
-    }
+    for_each_facet(part.facets, facet_points, [&](const FacetPlaces& facet) {
+        for (const Point& p : facet.places) found.at_facets.push_back(signed_distance(reference, motion(p)));
+    });
     std::ranges::sort(found.at_facets);
     return found;
 }

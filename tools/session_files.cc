@@ -79,6 +79,19 @@ std::string read_file(const fs::path& file) {
     return {std::istreambuf_iterator<char>(in), std::istreambuf_iterator<char>()};
 }
 
+fs::path file_of_session(const fs::path& folder, const char* name) {
+    const fs::path file = folder / name;
+    if (!fs::is_regular_file(file)) {
+        throw OutputError(fmt::format("{} is not there: give the folder of a session that has one", file.string()));
+    }
+    return file;
+}
+
+void refuse_to_replace(const fs::path& file, bool force) {
+    if (force || !fs::exists(file)) return;
+    throw OutputError(fmt::format("{}: exists; choose another name, or give --force to replace it", file.string()));
+}
+
 void write_file(const fs::path& file, const std::string& content) {
     // Beside the old one first: a full disk must not cost what was there.
     const fs::path unfinished = file.string() + ".unfinished";

@@ -39,6 +39,12 @@ void remove_unbegun_session(const std::filesystem::path& folder);
 // The whole file; empty if it cannot be read.
 [[nodiscard]] std::string read_file(const std::filesystem::path& file);
 
+// A file that a session left. Throws OutputError if it is not there.
+[[nodiscard]] std::filesystem::path file_of_session(const std::filesystem::path& folder, const char* name);
+
+// Throws OutputError if the file is there and `force` does not say that it may be replaced.
+void refuse_to_replace(const std::filesystem::path& file, bool force);
+
 // Writes a whole file, or leaves what was there as it was. Throws OutputError with the system's reason.
 void write_file(const std::filesystem::path& file, const std::string& content);
 

@@ -44,6 +44,12 @@ struct ExternalDevice::End {
     std::string why{};  // it was stopped
 };
 
+// Over what the program does, until it answers.
+struct ExternalDevice::Watch {
+    std::chrono::nanoseconds heard;
+    std::chrono::nanoseconds next_sign = heard + kAlive;
+};
+
 ExternalDevice::ExternalDevice(ByteStream& stream, Clock& clock, const ExternalOptions& options, StopToken stop)
     : options_(options),
       stop_(std::move(stop)),
@@ -153,31 +159,37 @@ void ExternalDevice::make_ready() {
     position_ = state.position;
 }
 
+std::optional<external::Line> ExternalDevice::listen(Watch& watch, std::uint64_t id) {
+    auto line = talk_->receive(watch.next_sign);
+    const auto now = talk_->now();
+    if (now >= watch.next_sign) {
+        talk_->say_alive();
+        watch.next_sign = now + kAlive;
+    }
+    if (line) watch.heard = now;
+    if (line && line->id && *line->id != id) lose(fmt::format("answers question {}, not {}", *line->id, id));
+    return line;
+}
+
+bool ExternalDevice::is_silent(const Watch& watch) const { return talk_->now() - watch.heard > to_nanoseconds(options_.silence); }
+
 void ExternalDevice::home() {
     if (stop_.stop_requested()) throw Stopped("stopped before homing; nothing has moved");
     const std::uint64_t id = talk_->send([](std::uint64_t number) { return external::ask(number, "home"); });
     const auto until = talk_->now() + kHomingTime;
-    auto heard = talk_->now();
-    auto next_sign = heard + kAlive;
+    Watch watch{talk_->now()};
     while (talk_->now() < until) {
         if (stop_.stop_requested()) {
             ask_to_stop();
             throw PositionLost(fmt::format("homing {} on {} was stopped by the operator: home again, then resume", hello_.name, name()));
         }
-        const auto line = talk_->receive(next_sign);
-        const auto now = talk_->now();
-        if (now >= next_sign) {
-            talk_->say_alive();
-            next_sign = now + kAlive;
-        }
-        if (line) heard = now;
+        const auto line = listen(watch, id);
         if (line && line->id) {
-            if (*line->id != id) lose(fmt::format("answers question {}, not {}", *line->id, id));
             if (line->error)
                 throw DeviceAlarm(0, fmt::format("{} on {} was not homed: {}{}", hello_.name, name(), *line->error, talk_->history()));
             return;
         }
-        if (now - heard > to_nanoseconds(options_.silence)) break;
+        if (is_silent(watch)) break;
     }
     ask_to_stop();
     talk_->fail_silent("the end of homing, which was told to stop");
@@ -256,8 +268,7 @@ ExternalDevice::End ExternalDevice::run(const Way& way, Pace pace, bool until_op
 ExternalDevice::End ExternalDevice::wait_for_end(const Way& way, std::uint64_t move, double feed_mm_per_s, OnStop on_stop) {
     const auto longest = to_nanoseconds(kPatience * move_duration(options_.motion, way.length, feed_mm_per_s)) + kMoreTime;
     const auto begun = talk_->now();
-    auto heard = begun;
-    auto next_sign = begun + kAlive;
+    Watch watch{begun};
     while (true) {
         const bool halts = on_stop == OnStop::go_back ? stop_.halt_requested() : on_stop == OnStop::stay && stop_.stop_requested();
         if (halts) {
@@ -266,26 +277,19 @@ ExternalDevice::End ExternalDevice::wait_for_end(const Way& way, std::uint64_t m
             position_ = end.rest;
             throw Stopped(fmt::format("stopped by the operator; the tool rests at {}", point_text(position())));
         }
-        const auto line = talk_->receive(next_sign);
-        const auto now = talk_->now();
-        if (now >= next_sign) {
-            talk_->say_alive();
-            next_sign = now + kAlive;
-        }
-        if (line) heard = now;
+        const auto line = listen(watch, move);
         if (line && line->id) {
-            if (*line->id != move) lose(fmt::format("answers question {}, not {}", *line->id, move));
             if (!line->error) return to_end(*line);
             fail_refused(way, *line->error);
         }
         if (line && !line->position) lose("gives a sign of life without its position in a move");
         if (line) check_seen(way, *line->position);
-        if (now - begun > longest) {
+        if (talk_->now() - begun > longest) {
             ask_to_stop();
             throw DeviceTimeout(fmt::format("a move of {} on {} took far longer than its feed explains and was told to stop{}", hello_.name,
                                             name(), talk_->history()));
         }
-        if (now - heard > to_nanoseconds(options_.silence)) {
+        if (is_silent(watch)) {
             ask_to_stop();
             talk_->fail_silent("a sign of life in a move, which was told to stop");
         }

@@ -83,6 +83,7 @@ public:
 
 private:
     struct End;
+    struct Watch;
     enum class OnStop {
         go_back,  // ends the move, and goes back to where it began
         stay,     // ends the move
@@ -91,6 +92,9 @@ private:
     void greet();
     // One move, to its end. Whatever comes that cannot be true, the program is told to stop.
     [[nodiscard]] End run(const Way& way, Pace pace, bool until_open, OnStop on_stop);
+    // The next line, if there is one by the next sign of life, of the question `id` or a sign of life itself; says ours.
+    [[nodiscard]] std::optional<external::Line> listen(Watch& watch, std::uint64_t id);
+    [[nodiscard]] bool is_silent(const Watch& watch) const;
     [[nodiscard]] End wait_for_end(const Way& way, std::uint64_t move, double feed_mm_per_s, OnStop on_stop);
     // The same off a surface: a refusal is the probe's, which bounced since it was told of.
     [[nodiscard]] End run_off(const Way& way, bool until_open);

@@ -28,11 +28,7 @@ ExitCode run(const BenchCommand& command, Output& output) {
     const std::filesystem::path other = command.output.string() + (command.anytime || command.reliability ? ".svg" : ".json");
     if (command.anytime && command.reliability) throw SetupError("bench: give --anytime or --reliability, not both");
     if (command.anytime && command.configs.size() != 1) throw SetupError("bench --anytime draws one plot: give one configuration");
-    for (const auto& file : {csv, other}) {
-        if (!command.force && std::filesystem::exists(file)) {
-            throw OutputError(fmt::format("{}: exists; choose another name with -o, or give --force to replace it", file.string()));
-        }
-    }
+    for (const auto& file : {csv, other}) refuse_to_replace(file, command.force);
     if (!std::filesystem::exists(csv)) {
         write_file(csv, "");
         std::filesystem::remove(csv);

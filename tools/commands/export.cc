@@ -31,9 +31,7 @@ ExportFormat format_of(const ExportCommand& command) {
 
 fs::path mesh_of(const ExportCommand& command) {
     const char* const name = command.mesh == "tool" ? kToolMeshFile : command.mesh == "surface" ? kSurfaceFile : kMeshFile;
-    const fs::path file = command.folder / name;
-    if (fs::is_regular_file(file)) return file;
-    throw OutputError(fmt::format("{} is not there: give the folder of a session that has one", file.string()));
+    return file_of_session(command.folder, name);
 }
 
 std::string csv_of(const TriangleMesh& mesh) {
@@ -114,9 +112,7 @@ std::string content_of(const TriangleMesh& mesh, const ExportCommand& command, E
 ExitCode run(const ExportCommand& command, Output& output) {
     const ExportFormat format = format_of(command);
     const fs::path source = mesh_of(command);
-    if (!command.force && fs::exists(command.file)) {
-        throw OutputError(fmt::format("{} is there already: give another name, or --force to replace it", command.file.string()));
-    }
+    refuse_to_replace(command.file, command.force);
     const TriangleMesh mesh = read_triangles(source);
     try {
         write_file(command.file, content_of(mesh, command, format));

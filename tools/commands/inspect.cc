@@ -50,13 +50,8 @@ std::string table_of(const Inspected& part, const Deviations& found, const Rigid
 
 ExitCode run(const InspectCommand& command, Output& output) {
     std::ostream& out = output.results;
-    const fs::path source = command.folder / (command.mesh == "surface" ? kSurfaceFile : kMeshFile);
-    if (!fs::is_regular_file(source)) {
-        throw OutputError(fmt::format("{} is not there: give the folder of a session that has one", source.string()));
-    }
-    if (!command.table.empty() && !command.force && fs::exists(command.table)) {
-        throw OutputError(fmt::format("{} is there already: give another name, or --force to replace it", command.table.string()));
-    }
+    const fs::path source = file_of_session(command.folder, command.mesh == "surface" ? kSurfaceFile : kMeshFile);
+    if (!command.table.empty()) refuse_to_replace(command.table, command.force);
     const HiddenObject reference(MeshSpec{command.reference, command.scale});
     const Inspected part = inspected_part(read_triangles(source), read_file(source));
     if (part.samples.empty()) throw OutputError(fmt::format("{} has nothing that was measured", source.string()));
@@ -65,8 +60,7 @@ ExitCode run(const InspectCommand& command, Output& output) {
         const auto fit = best_fit(reference, part);
         if (!fit) throw OutputError("no best fit was found: is it the same part, about where the reference is? Else leave out --align");
         motion = *fit;
-        const Vector& t = motion.translation;
-        out << fmt::format("aligned        turned by {}°, moved by {}\n", number_text(motion.degrees()), point_text(t));
+        out << fmt::format("aligned        turned by {}°, moved by {}\n", number_text(motion.degrees()), point_text(motion.translation));
     }
     const Deviations found = deviations_from(reference, part, motion, kFacetPoints);
     const DeviationSummary samples = summarize(found.at_samples);

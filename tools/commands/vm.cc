@@ -63,7 +63,7 @@ ObjectSpec own_object(const WorkspaceSpec& workspace) {
         ring.at = ball->center;
         room = ball->radius;
     } else if (const auto* box = std::get_if<Box>(&workspace)) {
-        ring.at = (box->min + box->max) / 2;
+        ring.at = box->center();
         room = (box->max - box->min).minCoeff() / 2;
     }
     ring.kind = TorusSpec{0.45 * room, 0.2 * room};
